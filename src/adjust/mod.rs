@@ -1,0 +1,1 @@
+//! The adjustment engine, blind to instruments.

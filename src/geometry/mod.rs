@@ -1,0 +1,1 @@
+//! Frames, rotations, planes.

@@ -1,0 +1,1 @@
+//! The georeferencing equation and its derivatives.

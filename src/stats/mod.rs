@@ -1,0 +1,1 @@
+//! Distributions, robust scale, seeded random streams.
