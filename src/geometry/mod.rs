@@ -1,1 +1,8 @@
-//! Frames, rotations, planes.
+//! Frames, rotations, the ellipsoid, planes: geometry without instruments.
+
+pub mod ellipsoid;
+pub mod frames;
+pub mod rotation;
+
+pub use ellipsoid::{Ellipsoid, Geodetic};
+pub use frames::{Body, Ecef, Level, Point, Pose, Rotation, Scanner, Sonar, Target};

@@ -1,1 +1,9 @@
-//! The georeferencing equation and its derivatives.
+//! The one place where the georeferencing equation stands: `X = p(t) + R_b^t(t) [ R u + l ]` (patent \[0034\]).
+
+pub mod beam;
+pub mod equation;
+pub mod localise;
+
+pub use beam::{Beam, BeamPartials};
+pub use equation::{NormalPartials, along_normal, georeference};
+pub use localise::{Localised, local_trajectory};

@@ -1,1 +1,17 @@
-//! What instruments say.
+//! What instruments say: trajectory, laser scan, soundings, sound speed, and the rig that carries them.
+
+pub mod campaign;
+pub mod laser;
+pub mod rig;
+pub mod sound_speed;
+pub mod soundings;
+pub mod trajectory;
+
+pub use campaign::Campaign;
+pub use laser::{LaserCoordinates, LaserNoise, LaserScan};
+pub use rig::{Mounting, MountingSigma};
+pub use sound_speed::{SoundSpeed, SoundSpeedProfile};
+pub use soundings::{SonarNoise, SoundingRange, Soundings};
+pub use trajectory::{
+    GeodeticTrajectory, Outside, PoseSample, Trajectory, TrajectoryError, TrajectoryNoise,
+};

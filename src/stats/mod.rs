@@ -1,1 +1,7 @@
-//! Distributions, robust scale, seeded random streams.
+//! Distributions, robust scale, and seeded random streams.
+
+pub mod robust;
+pub mod streams;
+
+pub use robust::{mad_sigma, median};
+pub use streams::stream;

@@ -1,0 +1,97 @@
+//! From range and beam angles to the sounding's vector in the sonar frame, with its derivatives (mathematics section 2).
+
+use nalgebra::{Matrix3, Vector3};
+
+/// One sounding's polar observation after refraction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beam {
+    /// Slant range r, metres.
+    pub range_m: f64,
+    /// Across-track angle a, radians, positive to starboard.
+    pub across_rad: f64,
+    /// Along-track angle c, radians, elevation out of the across plane, positive forward.
+    pub along_rad: f64,
+}
+
+/// `u` and its derivatives with respect to range, across and along angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BeamPartials {
+    /// The vector u in the sonar frame, metres.
+    pub vector_m: Vector3<f64>,
+    /// Columns: du/dr (unitless), du/da, du/dc (metres per radian).
+    pub jacobian: Matrix3<f64>,
+}
+
+impl Beam {
+    /// `u = r (sin a cos c, sin c, -cos a cos c)`.
+    #[must_use]
+    pub fn vector_m(&self) -> Vector3<f64> {
+        let (sa, ca) = self.across_rad.sin_cos();
+        let (sc, cc) = self.along_rad.sin_cos();
+        Vector3::new(sa * cc, sc, -ca * cc) * self.range_m
+    }
+
+    /// `u` together with its derivatives.
+    #[must_use]
+    pub fn partials(&self) -> BeamPartials {
+        let (sa, ca) = self.across_rad.sin_cos();
+        let (sc, cc) = self.along_rad.sin_cos();
+        let direction = Vector3::new(sa * cc, sc, -ca * cc);
+        let across = Vector3::new(ca * cc, 0.0, sa * cc) * self.range_m;
+        let along = Vector3::new(-sa * sc, cc, ca * sc) * self.range_m;
+        BeamPartials {
+            vector_m: direction * self.range_m,
+            jacobian: Matrix3::from_columns(&[direction, across, along]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let beam = Beam {
+            range_m: 7.0,
+            across_rad: -0.7,
+            along_rad: 0.2,
+        };
+        let partials = beam.partials();
+        let step = 1e-6;
+        for (column, bump) in [(step, 0.0, 0.0), (0.0, step, 0.0), (0.0, 0.0, step)]
+            .into_iter()
+            .enumerate()
+        {
+            let shifted = |sign: f64| Beam {
+                range_m: beam.range_m + sign * bump.0,
+                across_rad: beam.across_rad + sign * bump.1,
+                along_rad: beam.along_rad + sign * bump.2,
+            };
+            let difference = (shifted(1.0).vector_m() - shifted(-1.0).vector_m()) / (2.0 * step);
+            assert!((difference - partials.jacobian.column(column)).norm() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn a_beam_to_starboard_points_right_and_a_zero_beam_down() {
+        let right = Beam {
+            range_m: 1.0,
+            across_rad: 1.0,
+            along_rad: 0.0,
+        };
+        assert!(right.vector_m().x > 0.8);
+        let down = Beam {
+            range_m: 2.0,
+            across_rad: 0.0,
+            along_rad: 0.0,
+        };
+        assert_eq!(down.vector_m(), Vector3::new(0.0, 0.0, -2.0));
+        let forward = Beam {
+            range_m: 1.0,
+            across_rad: 0.0,
+            along_rad: 0.3,
+        };
+        assert!(forward.vector_m().y > 0.2);
+    }
+}

@@ -1,0 +1,66 @@
+//! The rig: how a sensor is mounted on the INS body.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::geometry::{Body, Pose, frames::Frame, rotation};
+
+/// Mounting of a sensor: rotation from the sensor frame into the body, and the lever arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mounting {
+    /// `R_m^b`, sensor into body.
+    pub rotation: Matrix3<f64>,
+    /// Sensor origin in the body frame (x right, y forward, z up), metres.
+    pub lever_arm_m: Vector3<f64>,
+}
+
+impl Mounting {
+    /// From mounting angles in the sense of mathematics section 1 (radians) and the lever arm (metres).
+    #[must_use]
+    pub fn from_angles(
+        roll_rad: f64,
+        pitch_rad: f64,
+        heading_rad: f64,
+        lever_arm_m: Vector3<f64>,
+    ) -> Self {
+        Self {
+            rotation: rotation::from_attitude(roll_rad, pitch_rad, heading_rad),
+            lever_arm_m,
+        }
+    }
+
+    /// Roll, pitch, heading of the mounting, radians.
+    #[must_use]
+    pub fn angles(&self) -> (f64, f64, f64) {
+        rotation::to_attitude(&self.rotation)
+    }
+
+    /// As a frame-typed pose of the sensor frame `S` in the body.
+    #[must_use]
+    pub fn pose<S: Frame>(&self) -> Pose<Body, S> {
+        Pose::new(self.rotation, self.lever_arm_m)
+    }
+
+    /// The mounting after `Exp(delta) R` (delta = pitch, roll, yaw about x, y, z of the body, radians) and a longer lever arm.
+    #[must_use]
+    pub fn corrected(&self, delta_rad: &Vector3<f64>, lever_arm_m: &Vector3<f64>) -> Self {
+        Self {
+            rotation: rotation::exp(delta_rad) * self.rotation,
+            lever_arm_m: self.lever_arm_m + lever_arm_m,
+        }
+    }
+
+    /// `Log(R R_nominal^T)`: the correction (pitch, roll, yaw; radians) that turned `nominal` into this mounting.
+    #[must_use]
+    pub fn correction_from(&self, nominal: &Self) -> Vector3<f64> {
+        rotation::log(&(self.rotation * nominal.rotation.transpose()))
+    }
+}
+
+/// Standard deviations of a mounting: three angles (pitch, roll, yaw about x, y, z of the body; radians), three offsets (metres).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MountingSigma {
+    /// Standard deviations about the body axes x, y, z, radians.
+    pub rotation_rad: Vector3<f64>,
+    /// Standard deviations of the lever arm, metres.
+    pub lever_arm_m: Vector3<f64>,
+}
