@@ -7,6 +7,9 @@ use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
 use crate::geometry::{Geodetic, rotation};
 use crate::observe::{GeodeticTrajectory, Trajectory};
 
+/// Position, attitude and velocity of one record in the target frame.
+type LocalRecord = (Vector3<f64>, Matrix3<f64>, Option<Vector3<f64>>);
+
 /// A trajectory in the target frame, and what was decided about its interpolation.
 #[derive(Clone, Debug)]
 pub struct Localised {
@@ -22,7 +25,7 @@ pub struct Localised {
 #[must_use]
 pub fn local_trajectory(source: &GeodeticTrajectory, target: &TargetPose) -> Localised {
     let to_target = target.ecef_from_target().inverse();
-    let records: Vec<(Vector3<f64>, Matrix3<f64>, Option<Vector3<f64>>)> = (0..source.time_s.len())
+    let records: Vec<LocalRecord> = (0..source.time_s.len())
         .into_par_iter()
         .map(|k| {
             let geodetic = Geodetic {

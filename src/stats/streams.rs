@@ -1,4 +1,4 @@
-//! Reproducible random numbers: one ChaCha8 stream per purpose and trial, the same on any number of threads.
+//! Reproducible random numbers: one `ChaCha8` stream per purpose and trial, the same on any number of threads.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -72,7 +72,7 @@ impl Target {
         self.faces
             .iter()
             .flat_map(|f| f.outline.vertices_m.iter())
-            .map(|v| v.norm())
+            .map(Vector3::norm)
             .fold(0.0, f64::max)
     }
 }
