@@ -1,1 +1,1 @@
-//! Calibration procedures.
+//! Calibration procedures: each builds conditions and hands them to the adjustment.

@@ -1,0 +1,359 @@
+//! The faces that one sensor can see, with their planes as currently known, behind a k-d tree of samples.
+
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use nalgebra::Vector3;
+
+use crate::target::{Outline, Role, Target};
+
+/// Spacing of the samples in the k-d tree, metres.
+const SPACING_M: f64 = 0.1;
+/// Faces closer to each other than this are compared when a point is tied, metres.
+const NEIGHBOUR_M: f64 = 0.6;
+
+/// A point on a face's plane counts as "outside its outline" up to this distance from it, metres; beyond it belongs to no face.
+const EDGE_M: f64 = 0.1;
+
+/// Which side of the water level a sensor looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Water {
+    /// The laser scanner: faces above the level.
+    Above,
+    /// The echo sounder: faces below it.
+    Below,
+}
+
+/// Limits of a tie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gate {
+    /// Largest misfit along the normal, in its standard deviation.
+    pub sigmas: f64,
+    /// A point must lie inside the outline by this much, metres; a second face is as good if the point is not outside it by more.
+    pub margin_m: f64,
+}
+
+/// What became of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It lies on this face (index in [`Target::faces`]).
+    Tie(u16),
+    /// No face is within the gate.
+    NoFace,
+    /// Within the gate of a face's plane, but outside (or too close to the edge of) its outline.
+    OutsideOutline,
+    /// Two faces are as good.
+    Ambiguous,
+    /// The face is an obstacle that is no tie.
+    Obstacle,
+}
+
+/// One visible face.
+#[derive(Clone, Debug)]
+struct Patch {
+    face: usize,
+    normal: Vector3<f64>,
+    distance_m: f64,
+    outline: Outline,
+    tie: bool,
+    /// Patches that come close, this one first.
+    neighbours: Vec<u16>,
+}
+
+/// The faces that one sensor can see.
+#[derive(Debug)]
+pub struct Patches {
+    patches: Vec<Patch>,
+    owner: Vec<u16>,
+    tree: Option<ImmutableKdTree<f64, 3>>,
+    water: Water,
+    level_m: f64,
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+}
+
+impl Patches {
+    /// The faces of `target` on this side of the water level (metres, target frame) that look at any of `origins` (sensor positions).
+    #[must_use]
+    pub fn new(target: &Target, water: Water, level_m: f64, origins: &[Vector3<f64>]) -> Self {
+        let mut samples: Vec<[f64; 3]> = vec![];
+        let (mut patches, mut owner): (Vec<Patch>, Vec<u16>) = (vec![], vec![]);
+        for (face, f) in target.faces.iter().enumerate() {
+            let visible =
+                |o: &Vector3<f64>| (o - f.outline.vertices_m[0]).dot(&f.outline.normal) > 0.02;
+            if !origins.iter().any(visible) {
+                continue;
+            }
+            let points = f.outline.samples_m(SPACING_M);
+            let wet = |z: f64| on_side(water, level_m, z);
+            let before = samples.len();
+            samples.extend(points.iter().filter(|p| wet(p.z)).map(|p| [p.x, p.y, p.z]));
+            if samples.len() == before {
+                continue;
+            }
+            owner.resize(samples.len(), patches.len() as u16);
+            patches.push(Patch {
+                face,
+                normal: f.outline.normal,
+                distance_m: f.outline.normal.dot(&f.outline.vertices_m[0]),
+                outline: f.outline.clone(),
+                tie: f.role != Role::Obstacle,
+                neighbours: vec![],
+            });
+        }
+        let bound = |pick: fn(f64, f64) -> f64, start: f64| {
+            samples.iter().fold(Vector3::repeat(start), |b, s| {
+                b.zip_map(&Vector3::from(*s), pick)
+            })
+        };
+        let (low, high) = (
+            bound(f64::min, f64::INFINITY),
+            bound(f64::max, f64::NEG_INFINITY),
+        );
+        link_neighbours(&mut patches, &samples, &owner);
+        let tree = ImmutableKdTree::new_from_slice(&samples)
+            .ok()
+            .filter(|_| !samples.is_empty());
+        Self {
+            patches,
+            owner,
+            tree,
+            water,
+            level_m,
+            low,
+            high,
+        }
+    }
+
+    /// Whether no face is visible.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.patches.is_empty()
+    }
+
+    /// Indices (in [`Target::faces`]) of the visible faces that may be tied.
+    pub fn faces(&self) -> impl Iterator<Item = usize> + '_ {
+        self.patches.iter().filter(|p| p.tie).map(|p| p.face)
+    }
+
+    /// Replaces the plane of a face by `normal . X = distance`, with the normal along the face's outward side.
+    pub fn set_plane(&mut self, face: usize, normal: Vector3<f64>, distance_m: f64) {
+        if let Some(patch) = self.patches.iter_mut().find(|p| p.face == face) {
+            let sign = patch.outline.normal.dot(&normal).signum();
+            patch.normal = normal * sign;
+            patch.distance_m = distance_m * sign;
+        }
+    }
+
+    /// Whether a point is within `reach_m` of the box around all samples: a cheap first sieve.
+    #[must_use]
+    pub fn near_box(&self, point: &Vector3<f64>, reach_m: f64) -> bool {
+        (0..3).all(|i| point[i] >= self.low[i] - reach_m && point[i] <= self.high[i] + reach_m)
+    }
+
+    /// The patch of the nearest sample and its distance in metres.
+    fn nearest(&self, point: &Vector3<f64>) -> Option<(u16, f64)> {
+        let tree = self.tree.as_ref()?;
+        let found = tree
+            .query(&[point.x, point.y, point.z])
+            .nearest_one::<SquaredEuclidean<f64>>()
+            .execute();
+        let owner = *self.owner.get(found.item as usize)?;
+        Some((owner, found.distance.sqrt()))
+    }
+
+    /// The face that a rough point is closest to: outward normal, signed distance to its plane, and distance to the face
+    /// itself; `None` beyond `reach_m` or for a face seen from behind.
+    #[must_use]
+    pub fn attract(
+        &self,
+        point: &Vector3<f64>,
+        ray: &Vector3<f64>,
+        reach_m: f64,
+    ) -> Option<(Vector3<f64>, f64, f64)> {
+        if !self.near_box(point, reach_m) {
+            return None;
+        }
+        let (owner, near_m) = self.nearest(point)?;
+        if near_m > reach_m + SPACING_M {
+            return None;
+        }
+        let mut best: Option<(Vector3<f64>, f64, f64)> = None;
+        for &n in &self.patches[owner as usize].neighbours {
+            let patch = &self.patches[n as usize];
+            if patch.normal.dot(ray) >= 0.0 {
+                continue;
+            }
+            let signed_m = patch.normal.dot(point) - patch.distance_m;
+            if signed_m.abs() > reach_m || best.is_some_and(|b| signed_m.abs() > b.2) {
+                continue;
+            }
+            let outside_m = (-patch.outline.inside_m(point)).max(0.0);
+            let away_m = signed_m.hypot(outside_m);
+            if away_m <= reach_m && best.is_none_or(|b| away_m < b.2) {
+                best = Some((patch.normal, signed_m, away_m));
+            }
+        }
+        best
+    }
+
+    /// Ties a point, or says why not. `ray` is the direction from the sensor; `sigma_m(normal)` the standard deviation of the
+    /// point along a normal, metres.
+    #[must_use]
+    pub fn assign(
+        &self,
+        point: &Vector3<f64>,
+        ray: &Vector3<f64>,
+        gate: &Gate,
+        sigma_m: impl Fn(&Vector3<f64>) -> f64,
+    ) -> Verdict {
+        let reach_m = 0.5;
+        if !self.near_box(point, reach_m) || !on_side(self.water, self.level_m, point.z) {
+            return Verdict::NoFace;
+        }
+        let Some((owner, near_m)) = self.nearest(point) else {
+            return Verdict::NoFace;
+        };
+        if near_m > reach_m {
+            return Verdict::NoFace;
+        }
+        let (mut chosen, mut rivals, mut edge) = (None, 0, false);
+        for &n in &self.patches[owner as usize].neighbours {
+            let patch = &self.patches[n as usize];
+            if patch.normal.dot(ray) >= 0.0 {
+                continue;
+            }
+            let misfit_m = (patch.normal.dot(point) - patch.distance_m).abs();
+            if misfit_m > reach_m || misfit_m > gate.sigmas * sigma_m(&patch.normal) {
+                continue;
+            }
+            let inside_m = patch.outline.inside_m(point);
+            edge |= inside_m >= -EDGE_M;
+            if inside_m >= -gate.margin_m {
+                rivals += 1;
+                if inside_m >= gate.margin_m {
+                    chosen = Some(patch);
+                }
+            }
+        }
+        match chosen {
+            Some(_) if rivals > 1 => Verdict::Ambiguous,
+            Some(patch) if patch.tie => Verdict::Tie(patch.face as u16),
+            Some(_) => Verdict::Obstacle,
+            None if edge => Verdict::OutsideOutline,
+            None => Verdict::NoFace,
+        }
+    }
+}
+
+fn on_side(water: Water, level_m: f64, z: f64) -> bool {
+    match water {
+        Water::Above => z > level_m,
+        Water::Below => z < level_m,
+    }
+}
+
+/// Lists for each patch the patches whose samples come within reach, itself first.
+fn link_neighbours(patches: &mut [Patch], samples: &[[f64; 3]], owner: &[u16]) {
+    let of = |k: usize| {
+        samples
+            .iter()
+            .zip(owner)
+            .filter(move |(_, o)| **o as usize == k)
+            .map(|(s, _)| Vector3::from(*s))
+    };
+    let boxes: Vec<(Vector3<f64>, Vector3<f64>)> = (0..patches.len())
+        .map(|k| {
+            let start = (
+                Vector3::repeat(f64::INFINITY),
+                Vector3::repeat(f64::NEG_INFINITY),
+            );
+            of(k).fold(start, |(low, high), p| (low.inf(&p), high.sup(&p)))
+        })
+        .collect();
+    for (k, patch) in patches.iter_mut().enumerate() {
+        patch.neighbours.push(k as u16);
+        for (other, (low, high)) in boxes.iter().enumerate() {
+            let apart = (low - boxes[k].1)
+                .sup(&(boxes[k].0 - high))
+                .sup(&Vector3::zeros());
+            if other != k && apart.norm() < NEIGHBOUR_M {
+                patch.neighbours.push(other as u16);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::target::{TargetModel, WallModel};
+
+    fn wall() -> Target {
+        Target::from_model(&TargetModel::PoolWall(WallModel {
+            wall_length_m: 8.0,
+            wall_height_m: 6.0,
+            block_leg_m: 1.5,
+            block_height_m: 0.6,
+            first_block_minus_y_m: -2.7,
+            first_block_plus_y_m: -2.1,
+            coplanarity_sigma_m: 0.0,
+            height_sigma_m: 0.0,
+        }))
+        .expect("a wall")
+    }
+
+    fn below() -> Patches {
+        Patches::new(&wall(), Water::Below, 0.0, &[Vector3::new(-5.0, 0.0, -0.8)])
+    }
+
+    const GATE: Gate = Gate {
+        sigmas: 5.0,
+        margin_m: 0.05,
+    };
+
+    fn assign(patches: &Patches, x: f64, y: f64, z: f64) -> Verdict {
+        let point = Vector3::new(x, y, z);
+        patches.assign(
+            &point,
+            &(point - Vector3::new(-5.0, 0.0, -0.8)),
+            &GATE,
+            |_| 0.01,
+        )
+    }
+
+    #[test]
+    fn points_are_tied_dropped_and_doubted_as_they_should() {
+        let (target, patches) = (wall(), below());
+        let name = |v: Verdict| match v {
+            Verdict::Tie(f) => target.faces[f as usize].name.clone(),
+            other => format!("{other:?}"),
+        };
+        assert_eq!(name(assign(&patches, 0.02, 1.0, -1.5)), "wall");
+        assert_eq!(name(assign(&patches, 0.2, 1.0, -1.5)), "NoFace");
+        assert_eq!(name(assign(&patches, 0.0, 0.0, -2.98)), "OutsideOutline");
+        // middle of the inclined face of the lowest block at +Y
+        assert_eq!(
+            name(assign(&patches, -0.75, 4.75, -1.8)),
+            "+Y block 1 inclined"
+        );
+        // where the inclined face leaves the wall
+        assert_eq!(name(assign(&patches, -0.02, 4.02, -1.8)), "OutsideOutline");
+        // above the water
+        assert_eq!(name(assign(&patches, 0.0, 0.0, 0.5)), "NoFace");
+        // underside of the block at +Y: hidden from a sonar above it
+        assert_eq!(name(assign(&patches, -0.5, 5.2, -2.1)), "NoFace");
+        assert_eq!(name(assign(&patches, -0.3, 5.2, -1.5)), "+Y block 1 top");
+    }
+
+    #[test]
+    fn a_moved_plane_moves_its_ties() {
+        let mut patches = below();
+        let wall = wall()
+            .faces
+            .iter()
+            .position(|f| f.name == "wall")
+            .expect("wall");
+        patches.set_plane(wall, Vector3::x(), 0.3);
+        assert_eq!(assign(&patches, 0.3, 1.0, -1.5), Verdict::Tie(wall as u16));
+        assert_eq!(assign(&patches, 0.0, 1.0, -1.5), Verdict::NoFace);
+    }
+}

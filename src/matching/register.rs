@@ -1,0 +1,199 @@
+//! Rough registration of points against faces: iteratively reweighted point-to-plane least squares whose kernel narrows
+//! step by step (graduated non-convexity, Yang et al., *IEEE RA-L* 2020, with the Geman-McClure kernel).
+//!
+//! Used twice: the target's pose from the laser points (four parameters), the sounder's mounting from the soundings (six).
+
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use super::patches::Patches;
+
+/// One point as the parameters move it.
+#[derive(Clone, Copy, Debug)]
+pub struct Sight<const D: usize> {
+    /// Position, frame of the patches, metres.
+    pub point_m: Vector3<f64>,
+    /// Direction from the sensor to the point (any length).
+    pub ray: Vector3<f64>,
+    /// d(point)/d(parameters).
+    pub jacobian: SMatrix<f64, 3, D>,
+}
+
+/// Points that move with `D` parameters.
+pub trait Movable<const D: usize> {
+    /// Number of points.
+    fn len(&self) -> usize;
+
+    /// Whether there is none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Point `k` under the parameters.
+    fn sight(&self, k: usize, parameters: &SVector<f64, D>) -> Sight<D>;
+}
+
+/// Where a registration ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Registration<const D: usize> {
+    /// The parameters.
+    pub parameters: SVector<f64, D>,
+    /// Soft number of points that fit at the last width, each counting from 0 to 1.
+    pub score: f64,
+}
+
+/// Rounds of reweighting at each kernel width.
+const ROUNDS: usize = 6;
+
+/// Registers `points` from `start`, narrowing the kernel through `widths_m` (metres, descending). `prior_sigma` keeps
+/// directions that the points do not determine near the start.
+#[must_use]
+pub fn register<const D: usize>(
+    points: &impl Movable<D>,
+    patches: &Patches,
+    start: &SVector<f64, D>,
+    prior_sigma: &SVector<f64, D>,
+    widths_m: &[f64],
+) -> Registration<D> {
+    let mut parameters = *start;
+    for &width_m in widths_m {
+        for _ in 0..ROUNDS {
+            let Some(step) =
+                reweighted_step(points, patches, &parameters, start, prior_sigma, width_m)
+            else {
+                break;
+            };
+            parameters += step;
+            if step.component_div(prior_sigma).amax() < 1e-4 {
+                break;
+            }
+        }
+    }
+    let last_m = widths_m.last().copied().unwrap_or(0.05);
+    Registration {
+        parameters,
+        score: score(points, patches, &parameters, last_m),
+    }
+}
+
+/// One Gauss-Newton step under the weights of the current position; `None` when nothing attracts.
+fn reweighted_step<const D: usize>(
+    points: &impl Movable<D>,
+    patches: &Patches,
+    parameters: &SVector<f64, D>,
+    start: &SVector<f64, D>,
+    prior_sigma: &SVector<f64, D>,
+    width_m: f64,
+) -> Option<SVector<f64, D>> {
+    let mut normal_matrix = SMatrix::<f64, D, D>::zeros();
+    let mut right_side = SVector::<f64, D>::zeros();
+    for i in 0..D {
+        let weight = prior_sigma[i].powi(-2);
+        normal_matrix[(i, i)] += weight;
+        right_side[i] += weight * (start[i] - parameters[i]);
+    }
+    let mut attracted = false;
+    for k in 0..points.len() {
+        let sight = points.sight(k, parameters);
+        let Some((normal, signed_m, away_m)) =
+            patches.attract(&sight.point_m, &sight.ray, 3.0 * width_m)
+        else {
+            continue;
+        };
+        let weight = geman_mcclure(away_m / width_m) / (width_m * width_m);
+        let row = sight.jacobian.tr_mul(&normal);
+        normal_matrix.ger(weight, &row, &row, 1.0);
+        right_side -= row * (weight * signed_m);
+        attracted = true;
+    }
+    let solution = normal_matrix.try_inverse()? * right_side;
+    (attracted && solution.iter().all(|v| v.is_finite())).then_some(solution)
+}
+
+/// Soft number of points within `width_m` of a face.
+#[must_use]
+pub fn score<const D: usize>(
+    points: &impl Movable<D>,
+    patches: &Patches,
+    parameters: &SVector<f64, D>,
+    width_m: f64,
+) -> f64 {
+    (0..points.len())
+        .filter_map(|k| {
+            let sight = points.sight(k, parameters);
+            patches.attract(&sight.point_m, &sight.ray, 3.0 * width_m)
+        })
+        .map(|(_, _, away_m)| geman_mcclure(away_m / width_m))
+        .sum()
+}
+
+/// Weight of the Geman-McClure kernel at a misfit in widths.
+fn geman_mcclure(x: f64) -> f64 {
+    (1.0 + x * x).powi(-2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::matching::Water;
+    use crate::target::{Target, TargetModel, WallModel};
+
+    struct Shifted(Vec<Vector3<f64>>);
+
+    impl Movable<3> for Shifted {
+        fn len(&self) -> usize {
+            self.0.len()
+        }
+        fn sight(&self, k: usize, parameters: &SVector<f64, 3>) -> Sight<3> {
+            let point_m = self.0[k] + parameters;
+            let ray = point_m - Vector3::new(-6.0, 0.0, -1.4);
+            Sight {
+                point_m,
+                ray,
+                jacobian: SMatrix::identity(),
+            }
+        }
+    }
+
+    #[test]
+    fn a_shift_of_40_cm_is_found_among_outliers() {
+        let model = WallModel {
+            wall_length_m: 8.0,
+            wall_height_m: 6.0,
+            block_leg_m: 1.5,
+            block_height_m: 0.6,
+            first_block_minus_y_m: -2.7,
+            first_block_plus_y_m: -2.1,
+            coplanarity_sigma_m: 0.0,
+            height_sigma_m: 0.0,
+        };
+        let target = Target::from_model(&TargetModel::PoolWall(model)).expect("a wall");
+        let origin = Vector3::new(-6.0, 0.0, -1.4);
+        let patches = Patches::new(&target, Water::Below, 0.0, &[origin]);
+        let shift = Vector3::new(0.4, -0.3, 0.25);
+        let mut points: Vec<_> = patches
+            .faces()
+            .flat_map(|f| target.faces[f].outline.samples_m(0.13))
+            .filter(|p| p.z < 0.0)
+            .map(|p| p - shift)
+            .collect();
+        for k in 0..points.len() / 4 {
+            points[4 * k] += Vector3::new(
+                ((k * 37) % 101) as f64 * 0.02 - 1.0,
+                0.0,
+                ((k * 53) % 89) as f64 * 0.02 - 0.9,
+            );
+        }
+        let found = register(
+            &Shifted(points),
+            &patches,
+            &SVector::zeros(),
+            &SVector::repeat(0.5),
+            &[1.0, 0.5, 0.25, 0.12, 0.06, 0.03],
+        );
+        assert!(
+            (found.parameters - shift).norm() < 0.005,
+            "{:?}",
+            found.parameters
+        );
+    }
+}
