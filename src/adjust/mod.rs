@@ -1,1 +1,24 @@
 //! The adjustment engine, blind to instruments.
+//!
+//! [`Conditions`] over a [`ParameterSet`] and, optionally, a [`ChainModel`] make a [`Problem`]; [`solve`] turns a start into a
+//! [`Solution`]; [`assess`] judges it.
+
+mod chain;
+mod chart;
+mod condition;
+mod error;
+mod kernel;
+mod parameters;
+mod problem;
+mod quality;
+mod solve;
+
+pub use chain::{ChainModel, ChainState, Process, ProcessKind, VISIBLE};
+pub use chart::{Chart, tangent_basis};
+pub use condition::{ChainRow, Conditions, MAX_COLUMNS, Row};
+pub use error::AdjustError;
+pub use kernel::Kernel;
+pub use parameters::{Block, BlockId, Component, ParameterSet, Prior, PriorRow, Unit};
+pub use problem::{Estimate, Problem, Source};
+pub use quality::{ConditionQuality, GlobalTest, GroupQuality, Quality, QualityOptions, assess};
+pub use solve::{IterationRecord, Options, Solution, Status, solve};
