@@ -1,1 +1,37 @@
-//! Results as plain serialisable data.
+//! Results: what a calibration found, as plain serialisable data.
+//!
+//! [`PoolResult`] is `result.json`, field by field and in its order (`docs/` and the interface page show an example); [`ReportSamples`]
+//! are the decimated points that the report's pictures are drawn from and that `result.json` does not hold.
+//!
+//! Nothing here calculates. Lengths are metres, angles degrees where a name ends in `_deg` and radians inside covariances. What could not
+//! be determined is `None` (`null` in the file), never NaN.
+
+mod comparison;
+mod pool;
+mod provenance;
+mod quality;
+mod samples;
+mod solution;
+mod write;
+
+pub use comparison::{Comparison, Difference, ResidualRms};
+pub use pool::{Counts, PoolResult, SCHEMA, SensorCounts, Solutions, TargetPose};
+pub use provenance::{InputFile, Provenance, Software};
+pub use quality::{
+    GlobalTest, GroupQuality, Observability, Prior, Quality, Reliability, SnoopingTest,
+    WeakDirection, WorstObservation,
+};
+pub use samples::{
+    FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample, Truth,
+};
+pub use solution::{
+    Angles, Estimate, ExtraParameter, JointIteration, JointSolution, MountingAngles,
+    SequentialIteration, SequentialSolution, SixSigmas, SixValues, Status,
+};
+pub use write::{WriteError, write_whole};
+
+/// A 3 by 3 matrix by rows.
+pub type Matrix3 = [[f64; 3]; 3];
+
+/// A 6 by 6 matrix by rows; order pitch, roll, yaw, lx, ly, lz unless its field says otherwise.
+pub type Matrix6 = [[f64; 6]; 6];
