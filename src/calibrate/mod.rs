@@ -1,1 +1,3 @@
 //! Calibration procedures: each builds conditions and hands them to the adjustment.
+
+pub mod pool;

@@ -1,0 +1,348 @@
+//! The joint conditions: every sounding and every return lies on the plane of its face (mathematics section 5).
+//!
+//! `g = n . ( p + dp + Exp(psi) R_b^t [ R u + l ] ) - d - h = 0`, linearised at the adjusted observations (Gauss-Helmert).
+
+use nalgebra::Vector3;
+
+use super::scene::Scene;
+use super::ties::{Tie, TrajectoryVariance, return_gain, sounding_variance};
+use crate::adjust::{BlockId, ChainRow, ChainState, Conditions, ParameterSet, Row, tangent_basis};
+use crate::georef::{Beam, BeamPartials};
+use crate::observe::{Mounting, PoseSample};
+
+/// Where the unknown plane of a face lives in the parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct FacePlane {
+    /// Unit normal of the face's group.
+    pub normal: BlockId,
+    /// Distance of the group's plane from its design position, metres.
+    pub distance: BlockId,
+    /// The face's own offset, where it has a tolerance.
+    pub offset: Option<BlockId>,
+    /// Design offset along the group's normal, metres: the offset itself where it is exact.
+    pub design_m: f64,
+}
+
+/// A face's plane at the current parameters.
+struct Plane {
+    normal: Vector3<f64>,
+    distance_m: f64,
+}
+
+impl FacePlane {
+    fn at(&self, x: &ParameterSet) -> Plane {
+        let own_m = self.offset.map_or(self.design_m, |id| x.euclidean(id)[0]);
+        Plane { normal: x.normal(self.normal), distance_m: x.euclidean(self.distance)[0] + own_m }
+    }
+
+    /// Appends the derivatives by the plane's parameters at the adjusted point.
+    fn derive(&self, x: &ParameterSet, plane: &Plane, point_m: &Vector3<f64>, row: &mut Row) {
+        let tilt = tangent_basis(&plane.normal).tr_mul(point_m);
+        row.extend(x.offset(self.normal), tilt.as_slice());
+        row.push(x.offset(self.distance), -1.0);
+        if let Some(offset) = self.offset {
+            row.push(x.offset(offset), -1.0);
+        }
+    }
+}
+
+/// Where a mounting lives in the parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct MountingBlocks {
+    /// Rotation, left perturbation in the body.
+    pub rotation: BlockId,
+    /// Lever arm, metres.
+    pub lever_arm: BlockId,
+}
+
+impl MountingBlocks {
+    /// The mounting at the current parameters.
+    #[must_use]
+    pub fn at(&self, x: &ParameterSet) -> Mounting {
+        let lever_arm_m = Vector3::from_column_slice(x.euclidean(self.lever_arm));
+        Mounting { rotation: x.rotation(self.rotation), lever_arm_m }
+    }
+}
+
+/// How the conditions see the trajectory's errors.
+#[derive(Clone, Copy, Debug)]
+pub enum TrajectoryErrors<'a> {
+    /// As states of the chain; the epoch of each record.
+    States(&'a [u32]),
+    /// As variance, added to each condition.
+    Variance(TrajectoryVariance),
+}
+
+/// The body at one moment with the estimated errors of the trajectory applied.
+struct Moment {
+    position_m: Vector3<f64>,
+    attitude_error: Vector3<f64>,
+}
+
+impl TrajectoryErrors<'_> {
+    fn moment(&self, pose: &PoseSample, interval: Option<u32>, chain: Option<&ChainState>) -> Moment {
+        let (Some(interval), Some(chain)) = (interval, chain) else {
+            return Moment { position_m: pose.position_m, attitude_error: Vector3::zeros() };
+        };
+        let y = chain.between(interval, pose.weight_before, 1.0 - pose.weight_before);
+        Moment {
+            position_m: pose.position_m + Vector3::new(y[0], y[1], y[2]),
+            attitude_error: Vector3::new(y[3], y[4], y[5]),
+        }
+    }
+
+    /// Chain interval that begins at a record.
+    fn interval(&self, record: u32) -> Option<u32> {
+        match self {
+            Self::States(epochs) => epochs.get(record as usize).copied(),
+            Self::Variance(_) => None,
+        }
+    }
+
+    /// Completes a row: derivatives by the chain, or variance.
+    fn finish(&self, pose: &PoseSample, interval: Option<u32>, normal: &Vector3<f64>, attitude: &Vector3<f64>, row: &mut Row) {
+        match (self, interval) {
+            (Self::Variance(variance), _) => row.variance += variance.along(attitude),
+            (Self::States(_), Some(interval)) => {
+                row.chain = Some(ChainRow {
+                    interval,
+                    weight0: pose.weight_before,
+                    weight1: 1.0 - pose.weight_before,
+                    visible: [normal.x, normal.y, normal.z, attitude.x, attitude.y, attitude.z],
+                });
+            }
+            (Self::States(_), None) => {}
+        }
+    }
+}
+
+/// Conditions of the soundings.
+#[derive(Debug)]
+pub struct SoundingConditions<'a> {
+    /// The scene.
+    pub scene: &'a Scene<'a>,
+    /// Which sounding lies on which face.
+    pub ties: &'a [Tie],
+    /// Planes by face index; ties name only faces that have one.
+    pub planes: &'a [Option<FacePlane>],
+    /// The mounting sought.
+    pub mounting: MountingBlocks,
+    /// Latency of the time stamps, seconds.
+    pub latency: Option<BlockId>,
+    /// Scale of the ranges.
+    pub range_scale: Option<BlockId>,
+    /// Latency (seconds) that decides which states a condition sees.
+    pub latency_at_start_s: f64,
+    /// Errors of the trajectory.
+    pub trajectory: TrajectoryErrors<'a>,
+    /// Observation group.
+    pub group: u16,
+}
+
+impl SoundingConditions<'_> {
+    fn latency_s(&self, x: &ParameterSet) -> f64 {
+        self.latency.map_or(0.0, |id| x.euclidean(id)[0])
+    }
+
+    /// Velocity and angular rate of the body in the target frame over half a second, so that the record noise stays out.
+    fn motion(&self, time_s: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let half_s = 0.25;
+        let trajectory = &self.scene.trajectory;
+        let before = trajectory.pose_at(time_s - half_s).or_else(|_| trajectory.pose_at(time_s)).ok()?;
+        let after = trajectory.pose_at(time_s + half_s).or_else(|_| trajectory.pose_at(time_s)).ok()?;
+        let begin = if trajectory.pose_at(time_s - half_s).is_ok() { half_s } else { 0.0 };
+        let end = if trajectory.pose_at(time_s + half_s).is_ok() { half_s } else { 0.0 };
+        let span_s = begin + end;
+        let turn = crate::geometry::rotation::log(&(after.rotation * before.rotation.transpose()));
+        (span_s > 0.0).then(|| ((after.position_m - before.position_m) / span_s, turn / span_s))
+    }
+
+    fn fill(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) -> Option<()> {
+        let tie = self.ties[k];
+        let face = self.planes.get(tie.face as usize)?.as_ref()?;
+        let latency_s = self.latency_s(x);
+        let pose = self.scene.sounding_pose(tie.row as usize, latency_s)?;
+        let seen = if latency_s == self.latency_at_start_s { pose } else { self.scene.sounding_pose(tie.row as usize, self.latency_at_start_s)? };
+        let interval = self.trajectory.interval(seen.record);
+        let mounting = self.mounting.at(x);
+        let scale = self.range_scale.map_or(0.0, |id| x.euclidean(id)[0]);
+        let mut beam = self.scene.beam(tie.row as usize, &pose, &mounting)?;
+        let measured_m = beam.range_m;
+        beam.range_m *= 1.0 + scale;
+        let plane = face.at(x);
+        let moment = self.trajectory.moment(&seen, interval, chain);
+        let position_m = pose.position_m + (moment.position_m - seen.position_m);
+        let normal = plane.normal + plane.normal.cross(&moment.attitude_error);
+        let in_body = pose.rotation.tr_mul(&normal);
+        let in_sensor = mounting.rotation.tr_mul(&in_body);
+        let base = plane.normal.dot(&position_m) + in_body.dot(&mounting.lever_arm_m) - plane.distance_m;
+        let adjusted = adjust_beam(&beam, &self.scene.campaign.soundings.noise, &in_sensor, base);
+        row.misclosure = adjusted.misclosure;
+        row.variance = adjusted.variance;
+
+        let turned = mounting.rotation * adjusted.partials.vector_m;
+        let arm = pose.rotation * (turned + mounting.lever_arm_m);
+        let point_m = position_m + arm + moment.attitude_error.cross(&arm);
+        row.extend(x.offset(self.mounting.rotation), turned.cross(&in_body).as_slice());
+        row.extend(x.offset(self.mounting.lever_arm), in_body.as_slice());
+        face.derive(x, &plane, &point_m, row);
+        let attitude = arm.cross(&normal);
+        if let Some(id) = self.latency {
+            let (velocity, rate) = self.motion(self.scene.campaign.soundings.time_s[tie.row as usize] - latency_s)?;
+            row.push(x.offset(id), -(plane.normal.dot(&velocity) + attitude.dot(&rate)));
+        }
+        if let Some(id) = self.range_scale {
+            row.push(x.offset(id), in_sensor.dot(&adjusted.partials.jacobian.column(0)) * measured_m);
+        }
+        self.trajectory.finish(&seen, interval, &plane.normal, &attitude, row);
+        Some(())
+    }
+}
+
+/// A beam at its adjusted observations.
+struct AdjustedBeam {
+    misclosure: f64,
+    variance: f64,
+    partials: BeamPartials,
+}
+
+/// Moves range and angles onto the plane `base + in_sensor . u = 0` by least squares and linearises there:
+/// `w = f(l_adj) + B (l - l_adj)`, `m = B S B^T`.
+fn adjust_beam(
+    observed: &Beam,
+    noise: &crate::observe::SonarNoise,
+    in_sensor: &Vector3<f64>,
+    base: f64,
+) -> AdjustedBeam {
+    let weights = Vector3::new(noise.range_m.powi(2), noise.across_rad.powi(2), noise.along_rad.powi(2));
+    let mut partials = observed.partials();
+    let mut gain = partials.jacobian.tr_mul(in_sensor);
+    let mut variance = sounding_variance(noise, &gain);
+    let mut misclosure = base + in_sensor.dot(&partials.vector_m);
+    for _ in 0..2 {
+        let correction = weights.component_mul(&gain) * (-misclosure / variance);
+        let moved = Beam {
+            range_m: observed.range_m + correction.x,
+            across_rad: observed.across_rad + correction.y,
+            along_rad: observed.along_rad + correction.z,
+        };
+        partials = moved.partials();
+        gain = partials.jacobian.tr_mul(in_sensor);
+        variance = sounding_variance(noise, &gain);
+        misclosure = base + in_sensor.dot(&partials.vector_m) - gain.dot(&correction);
+    }
+    AdjustedBeam { misclosure, variance, partials }
+}
+
+impl Conditions for SoundingConditions<'_> {
+    fn len(&self) -> usize {
+        self.ties.len()
+    }
+
+    fn group(&self, _k: usize) -> u16 {
+        self.group
+    }
+
+    fn interval(&self, k: usize) -> Option<u32> {
+        let time_s = self.scene.campaign.soundings.time_s[self.ties[k].row as usize] - self.latency_at_start_s;
+        let record = self.scene.trajectory.record_before(time_s).ok()?;
+        self.trajectory.interval(record as u32)
+    }
+
+    fn linearise(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) {
+        if self.fill(k, x, chain, row).is_none() {
+            row.misclosure = f64::NAN;
+        }
+    }
+}
+
+/// Conditions of the laser returns.
+#[derive(Debug)]
+pub struct ReturnConditions<'a> {
+    /// The scene.
+    pub scene: &'a Scene<'a>,
+    /// Which return lies on which face.
+    pub ties: &'a [Tie],
+    /// Planes by face index.
+    pub planes: &'a [Option<FacePlane>],
+    /// The scanner's own mounting, where it is an unknown with a prior.
+    pub scanner: Option<MountingBlocks>,
+    /// Errors of the trajectory.
+    pub trajectory: TrajectoryErrors<'a>,
+    /// Observation group.
+    pub group: u16,
+}
+
+impl ReturnConditions<'_> {
+    fn fill(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) -> Option<()> {
+        let tie = self.ties[k];
+        let face = self.planes.get(tie.face as usize)?.as_ref()?;
+        let plane = face.at(x);
+        if let Some(point) = self.scene.laser_fixed_point(tie.row as usize) {
+            self.fill_fixed(&point, face, &plane, x, row);
+            return Some(());
+        }
+        let scan = &self.scene.campaign.laser;
+        let pose = self.scene.trajectory.pose_at(scan.time_s[tie.row as usize]).ok()?;
+        let interval = self.trajectory.interval(pose.record);
+        let mounting = self.scanner.map_or(self.scene.campaign.scanner, |blocks| blocks.at(x));
+        let u = scan.point(tie.row as usize);
+        let moment = self.trajectory.moment(&pose, interval, chain);
+        let normal = plane.normal + plane.normal.cross(&moment.attitude_error);
+        let in_body = pose.rotation.tr_mul(&normal);
+        let in_sensor = mounting.rotation.tr_mul(&in_body);
+        let gain = return_gain(&scan.noise, &u, &in_sensor);
+        row.variance = gain.norm_squared();
+        row.misclosure = plane.normal.dot(&moment.position_m) + in_body.dot(&mounting.lever_arm_m) - plane.distance_m + in_sensor.dot(&u);
+        let adjusted = u - shift_along(&scan.noise, &u, &gain) * (row.misclosure / row.variance);
+        let turned = mounting.rotation * adjusted;
+        let arm = pose.rotation * (turned + mounting.lever_arm_m);
+        let point = moment.position_m + arm + moment.attitude_error.cross(&arm);
+        face.derive(x, &plane, &point, row);
+        if let Some(blocks) = self.scanner {
+            row.extend(x.offset(blocks.rotation), turned.cross(&in_body).as_slice());
+            row.extend(x.offset(blocks.lever_arm), in_body.as_slice());
+        }
+        self.trajectory.finish(&pose, interval, &plane.normal, &arm.cross(&normal), row);
+        Some(())
+    }
+
+    /// A return that came already georeferenced: isotropic noise, no trajectory.
+    fn fill_fixed(&self, point: &Vector3<f64>, face: &FacePlane, plane: &Plane, x: &ParameterSet, row: &mut Row) {
+        row.variance = self.scene.campaign.laser.noise.point_m.powi(2);
+        row.misclosure = plane.normal.dot(point) - plane.distance_m;
+        let adjusted = point - plane.normal * row.misclosure;
+        face.derive(x, plane, &adjusted, row);
+    }
+}
+
+/// `S b`: how the point moves per unit of multiplier, metres squared.
+fn shift_along(noise: &crate::observe::LaserNoise, u: &Vector3<f64>, gain: &nalgebra::Vector2<f64>) -> Vector3<f64> {
+    let range_m = u.norm().max(1e-9);
+    let across = Vector3::new(u.z, 0.0, -u.x);
+    u * (gain.x * noise.range_m / range_m) + across * (gain.y * noise.angle_rad)
+}
+
+impl Conditions for ReturnConditions<'_> {
+    fn len(&self) -> usize {
+        self.ties.len()
+    }
+
+    fn group(&self, _k: usize) -> u16 {
+        self.group
+    }
+
+    fn interval(&self, k: usize) -> Option<u32> {
+        if !self.scene.laser_uses_trajectory() {
+            return None;
+        }
+        let record = self.scene.trajectory.record_before(self.scene.campaign.laser.time_s[self.ties[k].row as usize]).ok()?;
+        self.trajectory.interval(record as u32)
+    }
+
+    fn linearise(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) {
+        if self.fill(k, x, chain, row).is_none() {
+            row.misclosure = f64::NAN;
+        }
+    }
+}

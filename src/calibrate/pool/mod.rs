@@ -1,0 +1,7 @@
+//! Pool calibration (patent CN105425246B): boresight and lever arm of a multibeam against a target that a scanner sees too.
+
+pub mod config;
+pub mod scene;
+
+pub use config::{JointConfig, SequentialConfig};
+pub use scene::Scene;

@@ -1,0 +1,427 @@
+//! The scene of a pool calibration: trajectory and laser points in the refined target frame, beams after refraction.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
+use rayon::prelude::*;
+
+use crate::geometry::ellipsoid::TargetPose;
+use crate::georef::{Beam, georeference, local_trajectory};
+use crate::matching::{Movable, Patches, Registration, Sight, Water, register};
+use crate::observe::{
+    Campaign, LaserCoordinates, Mounting, PoseSample, SoundSpeed, SoundingRange, Trajectory,
+};
+use crate::target::Target;
+
+/// What the surveyor is expected to know beforehand about the target: one sigma of origin (metres) and azimuth (radians).
+const PRIOR_ORIGIN_M: f64 = 0.5;
+const PRIOR_AZIMUTH_RAD: f64 = 0.035;
+/// Points that the rough registrations use at the most.
+const REGISTRATION_POINTS: usize = 4000;
+/// Rows per parallel task.
+const CHUNK: usize = 16_384;
+
+/// Everything in the refined target frame.
+#[derive(Debug)]
+pub struct Scene<'a> {
+    /// What was observed.
+    pub campaign: &'a Campaign,
+    /// The target at design dimensions.
+    pub target: &'a Target,
+    /// The refined pose of the target.
+    pub pose: TargetPose,
+    /// Refined origin in the prior target frame, metres.
+    pub origin_shift_m: Vector3<f64>,
+    /// Refined minus prior azimuth, radians.
+    pub azimuth_shift_rad: f64,
+    /// Trajectory in the refined target frame.
+    pub trajectory: Trajectory,
+    /// Rotation from the frame of already georeferenced laser points into the target frame, and the shift after it.
+    laser_frame: Option<(Matrix3<f64>, Vector3<f64>)>,
+    /// Ranges in metres, where the soundings gave travel times and one sound speed.
+    converted: Option<Vec<f64>>,
+    /// Share of the sampled laser points near the target that lie on its faces.
+    pub laser_fit: f64,
+    /// What the reader of a report should know about the preparation.
+    pub notes: Vec<String>,
+}
+
+impl<'a> Scene<'a> {
+    /// Localises the trajectory, refines the target's pose from the laser points, converts travel times.
+    #[must_use]
+    pub fn prepare(campaign: &'a Campaign, target: &'a Target, prior: &TargetPose) -> Self {
+        let local = local_trajectory(&campaign.trajectory, prior);
+        let mut scene = Self {
+            campaign,
+            target,
+            pose: *prior,
+            origin_shift_m: Vector3::zeros(),
+            azimuth_shift_rad: 0.0,
+            trajectory: local.trajectory,
+            laser_frame: laser_frame(campaign.laser.coordinates, prior),
+            converted: converted_ranges(campaign),
+            laser_fit: 0.0,
+            notes: local.note.into_iter().collect(),
+        };
+        scene.refine_pose();
+        scene
+    }
+
+    /// Registers a sample of the laser points against the design faces and moves everything into the refined frame.
+    fn refine_pose(&mut self) {
+        let origins = self.origins(&self.campaign.scanner);
+        let patches = Patches::new(
+            self.target,
+            Water::Above,
+            self.campaign.water_level_m,
+            &origins,
+        );
+        let reach_m = 2.0;
+        let sample = LaserSample(self.laser_sample(&patches, reach_m));
+        if sample.is_empty() {
+            return;
+        }
+        let sigma = Vector4::new(
+            PRIOR_ORIGIN_M,
+            PRIOR_ORIGIN_M,
+            PRIOR_ORIGIN_M,
+            PRIOR_AZIMUTH_RAD,
+        );
+        let rough = register(
+            &sample,
+            &patches,
+            &SVector::zeros(),
+            &sigma,
+            &[0.8, 0.4, 0.2],
+        );
+        let found = best_height(
+            &sample,
+            &patches,
+            rough,
+            2,
+            &sigma,
+            &[0.2, 0.1, 0.05, 0.025],
+        );
+        self.laser_fit = found.score / sample.len() as f64;
+        let (shift, turn) = (
+            found.parameters.fixed_rows::<3>(0).into_owned(),
+            found.parameters[3],
+        );
+        let back = turned(turn).transpose();
+        let moved = -(back * shift);
+        self.trajectory = self.trajectory.transformed(&back, &moved);
+        if let Some((rotation, offset)) = &mut self.laser_frame {
+            *rotation = back * *rotation;
+            *offset = back * *offset + moved;
+        }
+        self.pose = self.pose.moved(&shift, turn);
+        (self.origin_shift_m, self.azimuth_shift_rad) = (shift, turn);
+    }
+
+    /// Return `j`: pose of the body (for returns in the sensor frame), point, and ray from the scanner; `None` outside the trajectory.
+    #[must_use]
+    pub fn laser_point(&self, j: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let raw = self.campaign.laser.point(j);
+        if let Some((rotation, offset)) = &self.laser_frame {
+            let point = rotation * raw + offset;
+            let origin = self.trajectory.positions_m().first()?;
+            return Some((point, point - origin));
+        }
+        let pose = self
+            .trajectory
+            .pose_at(self.campaign.laser.time_s[j])
+            .ok()?;
+        let point = georeference(&pose, &self.campaign.scanner, &raw);
+        Some((
+            point,
+            pose.rotation * (self.campaign.scanner.rotation * raw),
+        ))
+    }
+
+    /// Whether laser points come through the trajectory (sensor frame) rather than already georeferenced.
+    #[must_use]
+    pub fn laser_uses_trajectory(&self) -> bool {
+        self.laser_frame.is_none()
+    }
+
+    /// Coordinates of return `j` in the target frame where it came already georeferenced.
+    #[must_use]
+    pub fn laser_fixed_point(&self, j: usize) -> Option<Vector3<f64>> {
+        let (rotation, offset) = self.laser_frame.as_ref()?;
+        Some(rotation * self.campaign.laser.point(j) + offset)
+    }
+
+    /// Beam of sounding `k`: as observed where ranges or one sound speed are given, after refraction through a profile otherwise.
+    #[must_use]
+    pub fn beam(&self, k: usize, pose: &PoseSample, mounting: &Mounting) -> Option<Beam> {
+        let s = &self.campaign.soundings;
+        let (across_rad, along_rad) = (s.across_rad[k], s.along_rad[k]);
+        match (&s.range, &self.converted, &self.campaign.sound_speed) {
+            (SoundingRange::Metres(range), ..) => Some(Beam {
+                range_m: range[k],
+                across_rad,
+                along_rad,
+            }),
+            (_, Some(range), _) => Some(Beam {
+                range_m: range[k],
+                across_rad,
+                along_rad,
+            }),
+            _ => {
+                let _ = (pose, mounting);
+                None
+            }
+        }
+    }
+
+    /// Pose of the body at the time of sounding `k`, less the latency; `None` outside the trajectory.
+    #[must_use]
+    pub fn sounding_pose(&self, k: usize, latency_s: f64) -> Option<PoseSample> {
+        self.trajectory
+            .pose_at(self.campaign.soundings.time_s[k] - latency_s)
+            .ok()
+    }
+
+    /// Positions of a sensor along the trajectory, a few hundred at the most.
+    #[must_use]
+    pub fn origins(&self, mounting: &Mounting) -> Vec<Vector3<f64>> {
+        let stride = (self.trajectory.len() / 300).max(1);
+        let (positions, attitudes) = (self.trajectory.positions_m(), self.trajectory.attitudes());
+        (0..self.trajectory.len())
+            .step_by(stride)
+            .map(|k| positions[k] + attitudes[k] * mounting.lever_arm_m)
+            .collect()
+    }
+
+    /// Evenly chosen laser points within `reach_m` of the target's box, with their rays.
+    fn laser_sample(&self, patches: &Patches, reach_m: f64) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+        let near = |j: usize| {
+            self.laser_point(j)
+                .is_some_and(|(p, _)| patches.near_box(&p, reach_m))
+        };
+        let chosen = thinned(
+            &chosen_rows(self.campaign.laser.len(), near),
+            REGISTRATION_POINTS,
+        );
+        chosen
+            .iter()
+            .filter_map(|&j| self.laser_point(j as usize))
+            .collect()
+    }
+
+    /// Soundings that could lie on the target if the mounting were wrong by up to `reach_m`, in order.
+    #[must_use]
+    pub fn soundings_near(&self, patches: &Patches, mounting: &Mounting, reach_m: f64) -> Vec<u32> {
+        let near = |k: usize| {
+            let point = self.sounding_pose(k, 0.0).and_then(|pose| {
+                let beam = self.beam(k, &pose, mounting)?;
+                Some(georeference(&pose, mounting, &beam.vector_m()))
+            });
+            point.is_some_and(|p| patches.near_box(&p, reach_m))
+        };
+        chosen_rows(self.campaign.soundings.len(), near)
+    }
+
+    /// Rough mounting of the sounder from a sample of its soundings, and the share of the sample that fits.
+    #[must_use]
+    pub fn rough_mounting(&self) -> RoughMounting {
+        let nominal = &self.campaign.sonar;
+        let patches = Patches::new(
+            self.target,
+            Water::Below,
+            self.campaign.water_level_m,
+            &self.origins(nominal),
+        );
+        let rows = self.soundings_near(&patches, nominal, 1.5);
+        let chosen = thinned(&rows, REGISTRATION_POINTS);
+        let sample = SonarSample::new(self, &chosen, nominal);
+        let sigma = SVector::<f64, 6>::from([0.09, 0.09, 0.09, 0.4, 0.4, 0.4]);
+        let rough = register(
+            &sample,
+            &patches,
+            &SVector::zeros(),
+            &sigma,
+            &[1.0, 0.6, 0.35, 0.2],
+        );
+        let found = best_height(&sample, &patches, rough, 5, &sigma, &[0.2, 0.1, 0.05]);
+        let delta = found.parameters.fixed_rows::<3>(0).into_owned();
+        let arm = found.parameters.fixed_rows::<3>(3).into_owned();
+        RoughMounting {
+            mounting: nominal.corrected(&delta, &arm),
+            near: rows.len(),
+            fit: if sample.is_empty() {
+                0.0
+            } else {
+                found.score / sample.len() as f64
+            },
+        }
+    }
+}
+
+/// What the rough registration of the soundings found.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughMounting {
+    /// The mounting.
+    pub mounting: Mounting,
+    /// Soundings near the target under the nominal mounting.
+    pub near: usize,
+    /// Share of the sample that lies on the target's faces.
+    pub fit: f64,
+}
+
+/// Heights that are tried beside the one found: blocks repeat, so a registration may have locked one block too high or low.
+const HEIGHT_STEP_M: f64 = 0.1;
+const HEIGHT_REACH: i32 = 12;
+
+/// Scans the vertical parameter for a better fit and finishes the registration there.
+fn best_height<const D: usize>(
+    points: &impl Movable<D>,
+    patches: &Patches,
+    rough: Registration<D>,
+    vertical: usize,
+    sigma: &SVector<f64, D>,
+    widths_m: &[f64],
+) -> Registration<D> {
+    let here = register(points, patches, &rough.parameters, sigma, widths_m);
+    let scan = |k: i32| {
+        let mut start = here.parameters;
+        start[vertical] += f64::from(k) * HEIGHT_STEP_M;
+        (crate::matching::score(points, patches, &start, 0.1), start)
+    };
+    let (_, start) = (-HEIGHT_REACH..=HEIGHT_REACH)
+        .filter(|k| k.abs() >= 3)
+        .map(scan)
+        .fold((0.0, here.parameters), |best, trial| {
+            if trial.0 > best.0 { trial } else { best }
+        });
+    let there = register(points, patches, &start, sigma, widths_m);
+    if there.score > here.score {
+        there
+    } else {
+        here
+    }
+}
+
+/// Indices for which `keep` holds, in order, computed in parallel.
+fn chosen_rows(count: usize, keep: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
+    let chunks: Vec<Vec<u32>> = (0..count.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|c| {
+            (c * CHUNK..((c + 1) * CHUNK).min(count))
+                .filter(|&k| keep(k))
+                .map(|k| k as u32)
+                .collect()
+        })
+        .collect();
+    chunks.concat()
+}
+
+/// At most `count` of the rows, evenly spread by a stride that is coprime to beams per ping in practice.
+fn thinned(rows: &[u32], count: usize) -> Vec<u32> {
+    if rows.len() <= count {
+        return rows.to_vec();
+    }
+    (0..count).map(|i| rows[i * rows.len() / count]).collect()
+}
+
+/// Target frame turned about up: azimuth grows by `turn`.
+fn turned(turn_rad: f64) -> Matrix3<f64> {
+    let (s, c) = turn_rad.sin_cos();
+    Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0)
+}
+
+fn laser_frame(
+    coordinates: LaserCoordinates,
+    pose: &TargetPose,
+) -> Option<(Matrix3<f64>, Vector3<f64>)> {
+    match coordinates {
+        LaserCoordinates::Sensor => None,
+        LaserCoordinates::Target => Some((Matrix3::identity(), Vector3::zeros())),
+        // UTM columns are turned into geocentric ones on reading
+        LaserCoordinates::Geocentric | LaserCoordinates::Utm { .. } => {
+            let back = pose.ecef_from_target().inverse();
+            Some((back.rotation.matrix, back.translation.coordinates))
+        }
+    }
+}
+
+fn converted_ranges(campaign: &Campaign) -> Option<Vec<f64>> {
+    match (&campaign.soundings.range, &campaign.sound_speed) {
+        (SoundingRange::TwoWayTravelTime(time_s), Some(SoundSpeed::Constant(speed))) => {
+            Some(time_s.iter().map(|t| 0.5 * speed * t).collect())
+        }
+        _ => None,
+    }
+}
+
+/// Laser points that move with the target's pose: origin (metres) and azimuth (radians).
+struct LaserSample(Vec<(Vector3<f64>, Vector3<f64>)>);
+
+impl Movable<4> for LaserSample {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn sight(&self, k: usize, parameters: &SVector<f64, 4>) -> Sight<4> {
+        let (point, ray) = self.0[k];
+        let back = turned(parameters[3]).transpose();
+        let moved = point - parameters.fixed_rows::<3>(0);
+        let (s, c) = parameters[3].sin_cos();
+        let slope = Matrix3::new(-s, -c, 0.0, c, -s, 0.0, 0.0, 0.0, 0.0) * moved;
+        let mut jacobian = SMatrix::<f64, 3, 4>::zeros();
+        jacobian.fixed_columns_mut::<3>(0).copy_from(&-back);
+        jacobian.set_column(3, &slope);
+        Sight {
+            point_m: back * moved,
+            ray: back * ray,
+            jacobian,
+        }
+    }
+}
+
+/// Soundings that move with the mounting: rotation vector (pitch, roll, yaw) and lever arm correction.
+struct SonarSample {
+    poses: Vec<PoseSample>,
+    /// `R_nominal u` in the body, metres.
+    arms: Vec<Vector3<f64>>,
+    lever_arm_m: Vector3<f64>,
+}
+
+impl SonarSample {
+    fn new(scene: &Scene, rows: &[u32], nominal: &Mounting) -> Self {
+        let pairs = rows.iter().filter_map(|&k| {
+            let pose = scene.sounding_pose(k as usize, 0.0)?;
+            let beam = scene.beam(k as usize, &pose, nominal)?;
+            Some((pose, nominal.rotation * beam.vector_m()))
+        });
+        let (poses, arms) = pairs.unzip();
+        Self {
+            poses,
+            arms,
+            lever_arm_m: nominal.lever_arm_m,
+        }
+    }
+}
+
+impl Movable<6> for SonarSample {
+    fn len(&self) -> usize {
+        self.poses.len()
+    }
+
+    fn sight(&self, k: usize, parameters: &SVector<f64, 6>) -> Sight<6> {
+        use crate::geometry::rotation::{exp, skew};
+        let pose = &self.poses[k];
+        let delta = parameters.fixed_rows::<3>(0).into_owned();
+        let arm = exp(&delta) * self.arms[k];
+        let lever = self.lever_arm_m + parameters.fixed_rows::<3>(3);
+        let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
+        jacobian
+            .fixed_columns_mut::<3>(0)
+            .copy_from(&(-(pose.rotation * skew(&arm))));
+        jacobian.fixed_columns_mut::<3>(3).copy_from(&pose.rotation);
+        let ray = pose.rotation * arm;
+        Sight {
+            point_m: pose.position_m + ray + pose.rotation * lever,
+            ray,
+            jacobian,
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! Ties: which sounding or return lies on which face, found anew from the raw observations whenever the estimate moved.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::scene::Scene;
+use crate::georef::along_normal;
+use crate::matching::{Gate, Patches, Verdict};
+use crate::observe::{LaserNoise, Mounting, SonarNoise, TrajectoryNoise};
+
+/// Rows per parallel task.
+const CHUNK: usize = 16_384;
+/// A tie keeps this many sigmas of its own position noise away from the edges of its face.
+const MARGIN_SIGMAS: f64 = 4.0;
+/// But never less than this, metres.
+const LEAST_MARGIN_M: f64 = 0.03;
+
+/// One observation on one face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tie {
+    /// Row of the raw observation.
+    pub row: u32,
+    /// Index of the face in the target.
+    pub face: u16,
+}
+
+/// Ties of one sensor and what became of the other rows.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TieSet {
+    /// The ties in order of their rows.
+    pub ties: Vec<Tie>,
+    /// Rows that are not tied, by reason.
+    pub rejected: BTreeMap<&'static str, u64>,
+}
+
+impl TieSet {
+    /// Number of rows tied here but not there, or to another face.
+    #[must_use]
+    pub fn changed_from(&self, other: &Self) -> usize {
+        let (mut i, mut j, mut same) = (0, 0, 0);
+        while let (Some(a), Some(b)) = (self.ties.get(i), other.ties.get(j)) {
+            same += usize::from(a == b);
+            (i, j) = (i + usize::from(a.row <= b.row), j + usize::from(b.row <= a.row));
+        }
+        self.ties.len().max(other.ties.len()) - same
+    }
+
+    /// Number of ties on faces that `keep`.
+    #[must_use]
+    pub fn count(&self, keep: impl Fn(usize) -> bool) -> usize {
+        self.ties.iter().filter(|t| keep(t.face as usize)).count()
+    }
+}
+
+/// A-priori variance of the trajectory as one point feels it.
+#[derive(Clone, Copy, Debug)]
+pub struct TrajectoryVariance {
+    position_m2: f64,
+    level_rad2: f64,
+    heading_rad2: f64,
+}
+
+impl TrajectoryVariance {
+    /// White noise, and drift where `with_drift`.
+    #[must_use]
+    pub fn new(noise: &TrajectoryNoise, with_drift: bool) -> Self {
+        let drift = f64::from(u8::from(with_drift));
+        Self {
+            position_m2: noise.position_m.powi(2) + drift * noise.position_drift_m.powi(2),
+            level_rad2: noise.roll_pitch_rad.powi(2),
+            heading_rad2: noise.heading_rad.powi(2) + drift * noise.heading_drift_rad.powi(2),
+        }
+    }
+
+    /// Variance along a unit normal, given d(n.X)/d(attitude) (metres per radian), square metres.
+    #[must_use]
+    pub fn along(&self, attitude: &Vector3<f64>) -> f64 {
+        self.position_m2 + self.level_rad2 * (attitude.x.powi(2) + attitude.y.powi(2)) + self.heading_rad2 * attitude.z.powi(2)
+    }
+}
+
+/// Variance of a laser return along a direction in the scanner frame (unit), square metres: range along the ray, angle in the
+/// scanner's plane x-z.
+#[must_use]
+pub fn return_variance(noise: &LaserNoise, u_m: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
+    let gain = return_gain(noise, u_m, direction);
+    gain.x * gain.x + gain.y * gain.y
+}
+
+/// Sensitivity of the distance along `direction` to one sigma of range and of angle, metres.
+#[must_use]
+pub fn return_gain(noise: &LaserNoise, u_m: &Vector3<f64>, direction: &Vector3<f64>) -> nalgebra::Vector2<f64> {
+    let range_m = u_m.norm().max(1e-9);
+    let across = Vector3::new(u_m.z, 0.0, -u_m.x);
+    nalgebra::Vector2::new(u_m.dot(direction) / range_m * noise.range_m, across.dot(direction) * noise.angle_rad)
+}
+
+/// Variance of a sounding along a direction in the sonar frame, given its Jacobian, square metres.
+#[must_use]
+pub fn sounding_variance(noise: &SonarNoise, gain: &Vector3<f64>) -> f64 {
+    (gain.x * noise.range_m).powi(2) + (gain.y * noise.across_rad).powi(2) + (gain.z * noise.along_rad).powi(2)
+}
+
+/// Ties every laser return.
+#[must_use]
+pub fn tie_returns(scene: &Scene, patches: &Patches, gate_sigmas: f64) -> TieSet {
+    let campaign = scene.campaign;
+    let trajectory = TrajectoryVariance::new(&campaign.trajectory.noise, true);
+    let noise = &campaign.laser.noise;
+    collect(campaign.laser.len(), |j| {
+        if let Some(point) = scene.laser_fixed_point(j) {
+            let ray = scene.laser_point(j).map_or(Vector3::x(), |p| p.1);
+            let gate = Gate { sigmas: gate_sigmas, margin_m: (MARGIN_SIGMAS * noise.point_m).max(LEAST_MARGIN_M) };
+            return (j as u32, Some(patches.assign(&point, &ray, &gate, |_| noise.point_m)));
+        }
+        let Ok(pose) = scene.trajectory.pose_at(campaign.laser.time_s[j]) else { return (j as u32, None) };
+        let u = campaign.laser.point(j);
+        let turned = campaign.scanner.rotation * u;
+        let point = pose.position_m + pose.rotation * (turned + campaign.scanner.lever_arm_m);
+        let spread = noise.range_m.hypot(noise.angle_rad * u.norm()).hypot(trajectory.position_m2.sqrt());
+        let gate = Gate { sigmas: gate_sigmas, margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M) };
+        let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, |normal| {
+            let partials = along_normal(&pose, &campaign.scanner, &u, normal);
+            (return_variance(noise, &u, &partials.sensor) + trajectory.along(&partials.attitude)).sqrt()
+        });
+        (j as u32, Some(verdict))
+    })
+}
+
+/// Ties the soundings in `rows` under a mounting, latency (seconds) and range scale.
+#[must_use]
+pub fn tie_soundings(
+    scene: &Scene,
+    patches: &Patches,
+    rows: &[u32],
+    mounting: &Mounting,
+    latency_s: f64,
+    range_scale: f64,
+    gate_sigmas: f64,
+) -> TieSet {
+    let campaign = scene.campaign;
+    let trajectory = TrajectoryVariance::new(&campaign.trajectory.noise, true);
+    let noise = &campaign.soundings.noise;
+    let mut set = collect(rows.len(), |i| {
+        let k = rows[i] as usize;
+        let Some(pose) = scene.sounding_pose(k, latency_s) else { return (rows[i], None) };
+        let Some(mut beam) = scene.beam(k, &pose, mounting) else { return (rows[i], None) };
+        beam.range_m *= 1.0 + range_scale;
+        let partials = beam.partials();
+        let turned = mounting.rotation * partials.vector_m;
+        let point = pose.position_m + pose.rotation * (turned + mounting.lever_arm_m);
+        let swing = beam.range_m * noise.across_rad.hypot(noise.along_rad);
+        let spread = noise.range_m.hypot(swing).hypot(trajectory.position_m2.sqrt());
+        let gate = Gate { sigmas: gate_sigmas, margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M) };
+        let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, |normal| {
+            let p = along_normal(&pose, mounting, &partials.vector_m, normal);
+            let gain = partials.jacobian.tr_mul(&p.sensor);
+            (sounding_variance(noise, &gain) + trajectory.along(&p.attitude)).sqrt()
+        });
+        (rows[i], Some(verdict))
+    });
+    let far = campaign.soundings.len() - rows.len();
+    *set.rejected.entry(NO_FACE).or_default() += far as u64;
+    set
+}
+
+const NO_FACE: &str = "no face within the gate";
+
+/// Runs `judge` over all rows in parallel and sorts the verdicts, in order.
+fn collect(count: usize, judge: impl Fn(usize) -> (u32, Option<Verdict>) + Sync) -> TieSet {
+    let parts: Vec<TieSet> = (0..count.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|c| {
+            let mut part = TieSet::default();
+            for i in c * CHUNK..((c + 1) * CHUNK).min(count) {
+                part.file(judge(i));
+            }
+            part
+        })
+        .collect();
+    let mut all = TieSet { ties: Vec::with_capacity(parts.iter().map(|p| p.ties.len()).sum()), ..TieSet::default() };
+    for part in parts {
+        all.ties.extend(part.ties);
+        for (reason, n) in part.rejected {
+            *all.rejected.entry(reason).or_default() += n;
+        }
+    }
+    all
+}
+
+impl TieSet {
+    fn file(&mut self, (row, verdict): (u32, Option<Verdict>)) {
+        let reason = match verdict {
+            Some(Verdict::Tie(face)) => {
+                self.ties.push(Tie { row, face });
+                return;
+            }
+            Some(Verdict::NoFace) => NO_FACE,
+            Some(Verdict::OutsideOutline) => "outside outline",
+            Some(Verdict::Ambiguous) => "ambiguous",
+            Some(Verdict::Obstacle) => "on an obstacle",
+            None => "outside the trajectory",
+        };
+        *self.rejected.entry(reason).or_default() += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_are_counted_in_rows() {
+        let set = |pairs: &[(u32, u16)]| TieSet {
+            ties: pairs.iter().map(|&(row, face)| Tie { row, face }).collect(),
+            ..TieSet::default()
+        };
+        let before = set(&[(1, 0), (2, 0), (5, 1)]);
+        assert_eq!(before.changed_from(&before), 0);
+        assert_eq!(set(&[(1, 0), (2, 3), (5, 1)]).changed_from(&before), 1);
+        assert_eq!(set(&[(1, 0), (5, 1), (6, 1), (7, 1)]).changed_from(&before), 2);
+    }
+
+    #[test]
+    fn angle_noise_acts_across_the_ray_in_the_scan_plane() {
+        let noise = LaserNoise { range_m: 0.005, angle_rad: 0.001, point_m: 0.0 };
+        let u = Vector3::new(10.0, 0.0, 0.0);
+        assert!((return_variance(&noise, &u, &Vector3::x()).sqrt() - 0.005).abs() < 1e-15);
+        assert!((return_variance(&noise, &u, &Vector3::z()).sqrt() - 0.010).abs() < 1e-15);
+        assert!(return_variance(&noise, &u, &Vector3::y()) < 1e-30);
+    }
+}
