@@ -2,7 +2,11 @@
 
 pub mod ellipsoid;
 pub mod frames;
+pub mod plane;
+pub mod ransac;
+pub mod robust_plane;
 pub mod rotation;
 
 pub use ellipsoid::{Ellipsoid, Geodetic};
 pub use frames::{Body, Ecef, Level, Point, Pose, Rotation, Scanner, Sonar, Target};
+pub use plane::{Plane, PlaneError, PlaneFit, PlaneMoments};

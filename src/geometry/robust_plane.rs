@@ -1,0 +1,130 @@
+//! Plane fit by iteratively reweighted least squares (Huber 1964; Beaton and Tukey 1974), for points with outliers once a
+//! start is known (see `ransac` where they are many).
+
+use nalgebra::Vector3;
+
+use super::plane::{Plane, PlaneError, PlaneFit, PlaneMoments, fit};
+use crate::stats::mad_sigma;
+
+/// Weight of a standardised distance in the robust fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DistanceWeight {
+    /// Huber: 1 up to `k` sigma, then k/|x|.
+    Huber {
+        /// Bend, in sigmas (1.345 for 95 % efficiency).
+        k: f64,
+    },
+    /// Tukey's biweight: (1 - (x/c)^2)^2 up to `c` sigma, then 0.
+    Tukey {
+        /// Where the weight reaches zero, in sigmas (4.685 for 95 % efficiency).
+        c: f64,
+    },
+}
+
+impl DistanceWeight {
+    /// Weight of the standardised distance `x` (sigmas).
+    #[must_use]
+    pub fn weight(&self, x: f64) -> f64 {
+        match *self {
+            Self::Huber { k } => {
+                if x.abs() <= k {
+                    1.0
+                } else {
+                    k / x.abs()
+                }
+            }
+            Self::Tukey { c } => {
+                let left = (1.0 - (x / c).powi(2)).max(0.0);
+                left * left
+            }
+        }
+    }
+}
+
+/// How the robust fit weighs and stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobustOptions {
+    /// Weight function.
+    pub weight: DistanceWeight,
+    /// The distances' scale is never taken smaller than this, metres.
+    pub least_sigma_m: f64,
+    /// Stops when the normal turns by less than this (radians) and the offset moves by less than this times one metre.
+    pub tolerance: f64,
+    /// Largest number of refits.
+    pub max_iterations: usize,
+}
+
+impl Default for RobustOptions {
+    fn default() -> Self {
+        Self {
+            weight: DistanceWeight::Tukey { c: 4.685 },
+            least_sigma_m: 1e-4,
+            tolerance: 1e-9,
+            max_iterations: 50,
+        }
+    }
+}
+
+/// A robust fit and what it made of the points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobustFit {
+    /// The fit; its weights are those of the last iteration.
+    pub fit: PlaneFit,
+    /// Scale of the distances from their median absolute deviation, metres.
+    pub sigma_m: f64,
+    /// Weight of every point, 0 to 1.
+    pub weights: Vec<f64>,
+    /// Refits done.
+    pub iterations: usize,
+}
+
+/// Iteratively reweighted plane fit, starting at `start` (or the plain fit), scale re-estimated each time from the
+/// median absolute deviation.
+///
+/// # Errors
+/// As [`PlaneMoments::fit`], also when too few points keep a weight.
+pub fn fit_robust(
+    points_m: &[Vector3<f64>],
+    start: Option<Plane>,
+    options: &RobustOptions,
+) -> Result<RobustFit, PlaneError> {
+    let mut plane = match start {
+        Some(plane) => plane,
+        None => fit(points_m)?.plane,
+    };
+    let mut iterations = 0;
+    loop {
+        iterations += 1;
+        let (fit, sigma_m, weights) = reweighted(points_m, &plane, options)?;
+        let moved =
+            (fit.plane.normal - plane.normal).norm() + plane.distance_m(&fit.centroid_m).abs();
+        plane = fit.plane;
+        if moved < options.tolerance || iterations >= options.max_iterations {
+            return Ok(RobustFit {
+                fit,
+                sigma_m,
+                weights,
+                iterations,
+            });
+        }
+    }
+}
+
+fn reweighted(
+    points_m: &[Vector3<f64>],
+    plane: &Plane,
+    options: &RobustOptions,
+) -> Result<(PlaneFit, f64, Vec<f64>), PlaneError> {
+    let distances: Vec<f64> = points_m.iter().map(|p| plane.distance_m(p)).collect();
+    let scale = mad_sigma(&mut distances.clone()).ok_or(PlaneError::TooFew { found: 0 })?;
+    let sigma_m = scale.max(options.least_sigma_m);
+    let weights: Vec<f64> = distances
+        .iter()
+        .map(|d| options.weight.weight(d / sigma_m))
+        .collect();
+    let mut moments = PlaneMoments::default();
+    for (point, weight) in points_m.iter().zip(&weights) {
+        moments.add_weighted(point, *weight);
+    }
+    Ok((moments.fit()?.towards(&plane.normal), sigma_m, weights))
+}
