@@ -32,7 +32,10 @@ struct Plane {
 impl FacePlane {
     fn at(&self, x: &ParameterSet) -> Plane {
         let own_m = self.offset.map_or(self.design_m, |id| x.euclidean(id)[0]);
-        Plane { normal: x.normal(self.normal), distance_m: x.euclidean(self.distance)[0] + own_m }
+        Plane {
+            normal: x.normal(self.normal),
+            distance_m: x.euclidean(self.distance)[0] + own_m,
+        }
     }
 
     /// Appends the derivatives by the plane's parameters at the adjusted point.
@@ -60,7 +63,10 @@ impl MountingBlocks {
     #[must_use]
     pub fn at(&self, x: &ParameterSet) -> Mounting {
         let lever_arm_m = Vector3::from_column_slice(x.euclidean(self.lever_arm));
-        Mounting { rotation: x.rotation(self.rotation), lever_arm_m }
+        Mounting {
+            rotation: x.rotation(self.rotation),
+            lever_arm_m,
+        }
     }
 }
 
@@ -80,9 +86,17 @@ struct Moment {
 }
 
 impl TrajectoryErrors<'_> {
-    fn moment(&self, pose: &PoseSample, interval: Option<u32>, chain: Option<&ChainState>) -> Moment {
+    fn moment(
+        &self,
+        pose: &PoseSample,
+        interval: Option<u32>,
+        chain: Option<&ChainState>,
+    ) -> Moment {
         let (Some(interval), Some(chain)) = (interval, chain) else {
-            return Moment { position_m: pose.position_m, attitude_error: Vector3::zeros() };
+            return Moment {
+                position_m: pose.position_m,
+                attitude_error: Vector3::zeros(),
+            };
         };
         let y = chain.between(interval, pose.weight_before, 1.0 - pose.weight_before);
         Moment {
@@ -100,7 +114,14 @@ impl TrajectoryErrors<'_> {
     }
 
     /// Completes a row: derivatives by the chain, or variance.
-    fn finish(&self, pose: &PoseSample, interval: Option<u32>, normal: &Vector3<f64>, attitude: &Vector3<f64>, row: &mut Row) {
+    fn finish(
+        &self,
+        pose: &PoseSample,
+        interval: Option<u32>,
+        normal: &Vector3<f64>,
+        attitude: &Vector3<f64>,
+        row: &mut Row,
+    ) {
         match (self, interval) {
             (Self::Variance(variance), _) => row.variance += variance.along(attitude),
             (Self::States(_), Some(interval)) => {
@@ -108,7 +129,9 @@ impl TrajectoryErrors<'_> {
                     interval,
                     weight0: pose.weight_before,
                     weight1: 1.0 - pose.weight_before,
-                    visible: [normal.x, normal.y, normal.z, attitude.x, attitude.y, attitude.z],
+                    visible: [
+                        normal.x, normal.y, normal.z, attitude.x, attitude.y, attitude.z,
+                    ],
                 });
             }
             (Self::States(_), None) => {}
@@ -148,21 +171,51 @@ impl SoundingConditions<'_> {
     fn motion(&self, time_s: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let half_s = 0.25;
         let trajectory = &self.scene.trajectory;
-        let before = trajectory.pose_at(time_s - half_s).or_else(|_| trajectory.pose_at(time_s)).ok()?;
-        let after = trajectory.pose_at(time_s + half_s).or_else(|_| trajectory.pose_at(time_s)).ok()?;
-        let begin = if trajectory.pose_at(time_s - half_s).is_ok() { half_s } else { 0.0 };
-        let end = if trajectory.pose_at(time_s + half_s).is_ok() { half_s } else { 0.0 };
+        let before = trajectory
+            .pose_at(time_s - half_s)
+            .or_else(|_| trajectory.pose_at(time_s))
+            .ok()?;
+        let after = trajectory
+            .pose_at(time_s + half_s)
+            .or_else(|_| trajectory.pose_at(time_s))
+            .ok()?;
+        let begin = if trajectory.pose_at(time_s - half_s).is_ok() {
+            half_s
+        } else {
+            0.0
+        };
+        let end = if trajectory.pose_at(time_s + half_s).is_ok() {
+            half_s
+        } else {
+            0.0
+        };
         let span_s = begin + end;
         let turn = crate::geometry::rotation::log(&(after.rotation * before.rotation.transpose()));
-        (span_s > 0.0).then(|| ((after.position_m - before.position_m) / span_s, turn / span_s))
+        (span_s > 0.0).then(|| {
+            (
+                (after.position_m - before.position_m) / span_s,
+                turn / span_s,
+            )
+        })
     }
 
-    fn fill(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) -> Option<()> {
+    fn fill(
+        &self,
+        k: usize,
+        x: &ParameterSet,
+        chain: Option<&ChainState>,
+        row: &mut Row,
+    ) -> Option<()> {
         let tie = self.ties[k];
         let face = self.planes.get(tie.face as usize)?.as_ref()?;
         let latency_s = self.latency_s(x);
         let pose = self.scene.sounding_pose(tie.row as usize, latency_s)?;
-        let seen = if latency_s == self.latency_at_start_s { pose } else { self.scene.sounding_pose(tie.row as usize, self.latency_at_start_s)? };
+        let seen = if latency_s == self.latency_at_start_s {
+            pose
+        } else {
+            self.scene
+                .sounding_pose(tie.row as usize, self.latency_at_start_s)?
+        };
         let interval = self.trajectory.interval(seen.record);
         let mounting = self.mounting.at(x);
         let scale = self.range_scale.map_or(0.0, |id| x.euclidean(id)[0]);
@@ -175,26 +228,43 @@ impl SoundingConditions<'_> {
         let normal = plane.normal + plane.normal.cross(&moment.attitude_error);
         let in_body = pose.rotation.tr_mul(&normal);
         let in_sensor = mounting.rotation.tr_mul(&in_body);
-        let base = plane.normal.dot(&position_m) + in_body.dot(&mounting.lever_arm_m) - plane.distance_m;
-        let adjusted = adjust_beam(&beam, &self.scene.campaign.soundings.noise, &in_sensor, base);
+        let base =
+            plane.normal.dot(&position_m) + in_body.dot(&mounting.lever_arm_m) - plane.distance_m;
+        let adjusted = adjust_beam(
+            &beam,
+            &self.scene.campaign.soundings.noise,
+            &in_sensor,
+            base,
+        );
         row.misclosure = adjusted.misclosure;
         row.variance = adjusted.variance;
 
         let turned = mounting.rotation * adjusted.partials.vector_m;
         let arm = pose.rotation * (turned + mounting.lever_arm_m);
         let point_m = position_m + arm + moment.attitude_error.cross(&arm);
-        row.extend(x.offset(self.mounting.rotation), turned.cross(&in_body).as_slice());
+        row.extend(
+            x.offset(self.mounting.rotation),
+            turned.cross(&in_body).as_slice(),
+        );
         row.extend(x.offset(self.mounting.lever_arm), in_body.as_slice());
         face.derive(x, &plane, &point_m, row);
         let attitude = arm.cross(&normal);
         if let Some(id) = self.latency {
-            let (velocity, rate) = self.motion(self.scene.campaign.soundings.time_s[tie.row as usize] - latency_s)?;
-            row.push(x.offset(id), -(plane.normal.dot(&velocity) + attitude.dot(&rate)));
+            let (velocity, rate) =
+                self.motion(self.scene.campaign.soundings.time_s[tie.row as usize] - latency_s)?;
+            row.push(
+                x.offset(id),
+                -(plane.normal.dot(&velocity) + attitude.dot(&rate)),
+            );
         }
         if let Some(id) = self.range_scale {
-            row.push(x.offset(id), in_sensor.dot(&adjusted.partials.jacobian.column(0)) * measured_m);
+            row.push(
+                x.offset(id),
+                in_sensor.dot(&adjusted.partials.jacobian.column(0)) * measured_m,
+            );
         }
-        self.trajectory.finish(&seen, interval, &plane.normal, &attitude, row);
+        self.trajectory
+            .finish(&seen, interval, &plane.normal, &attitude, row);
         Some(())
     }
 }
@@ -214,7 +284,11 @@ fn adjust_beam(
     in_sensor: &Vector3<f64>,
     base: f64,
 ) -> AdjustedBeam {
-    let weights = Vector3::new(noise.range_m.powi(2), noise.across_rad.powi(2), noise.along_rad.powi(2));
+    let weights = Vector3::new(
+        noise.range_m.powi(2),
+        noise.across_rad.powi(2),
+        noise.along_rad.powi(2),
+    );
     let mut partials = observed.partials();
     let mut gain = partials.jacobian.tr_mul(in_sensor);
     let mut variance = sounding_variance(noise, &gain);
@@ -231,7 +305,11 @@ fn adjust_beam(
         variance = sounding_variance(noise, &gain);
         misclosure = base + in_sensor.dot(&partials.vector_m) - gain.dot(&correction);
     }
-    AdjustedBeam { misclosure, variance, partials }
+    AdjustedBeam {
+        misclosure,
+        variance,
+        partials,
+    }
 }
 
 impl Conditions for SoundingConditions<'_> {
@@ -244,7 +322,8 @@ impl Conditions for SoundingConditions<'_> {
     }
 
     fn interval(&self, k: usize) -> Option<u32> {
-        let time_s = self.scene.campaign.soundings.time_s[self.ties[k].row as usize] - self.latency_at_start_s;
+        let time_s = self.scene.campaign.soundings.time_s[self.ties[k].row as usize]
+            - self.latency_at_start_s;
         let record = self.scene.trajectory.record_before(time_s).ok()?;
         self.trajectory.interval(record as u32)
     }
@@ -274,7 +353,13 @@ pub struct ReturnConditions<'a> {
 }
 
 impl ReturnConditions<'_> {
-    fn fill(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) -> Option<()> {
+    fn fill(
+        &self,
+        k: usize,
+        x: &ParameterSet,
+        chain: Option<&ChainState>,
+        row: &mut Row,
+    ) -> Option<()> {
         let tie = self.ties[k];
         let face = self.planes.get(tie.face as usize)?.as_ref()?;
         let plane = face.at(x);
@@ -283,9 +368,15 @@ impl ReturnConditions<'_> {
             return Some(());
         }
         let scan = &self.scene.campaign.laser;
-        let pose = self.scene.trajectory.pose_at(scan.time_s[tie.row as usize]).ok()?;
+        let pose = self
+            .scene
+            .trajectory
+            .pose_at(scan.time_s[tie.row as usize])
+            .ok()?;
         let interval = self.trajectory.interval(pose.record);
-        let mounting = self.scanner.map_or(self.scene.campaign.scanner, |blocks| blocks.at(x));
+        let mounting = self
+            .scanner
+            .map_or(self.scene.campaign.scanner, |blocks| blocks.at(x));
         let u = scan.point(tie.row as usize);
         let moment = self.trajectory.moment(&pose, interval, chain);
         let normal = plane.normal + plane.normal.cross(&moment.attitude_error);
@@ -293,7 +384,9 @@ impl ReturnConditions<'_> {
         let in_sensor = mounting.rotation.tr_mul(&in_body);
         let gain = return_gain(&scan.noise, &u, &in_sensor);
         row.variance = gain.norm_squared();
-        row.misclosure = plane.normal.dot(&moment.position_m) + in_body.dot(&mounting.lever_arm_m) - plane.distance_m + in_sensor.dot(&u);
+        row.misclosure = plane.normal.dot(&moment.position_m) + in_body.dot(&mounting.lever_arm_m)
+            - plane.distance_m
+            + in_sensor.dot(&u);
         let adjusted = u - shift_along(&scan.noise, &u, &gain) * (row.misclosure / row.variance);
         let turned = mounting.rotation * adjusted;
         let arm = pose.rotation * (turned + mounting.lever_arm_m);
@@ -303,12 +396,20 @@ impl ReturnConditions<'_> {
             row.extend(x.offset(blocks.rotation), turned.cross(&in_body).as_slice());
             row.extend(x.offset(blocks.lever_arm), in_body.as_slice());
         }
-        self.trajectory.finish(&pose, interval, &plane.normal, &arm.cross(&normal), row);
+        self.trajectory
+            .finish(&pose, interval, &plane.normal, &arm.cross(&normal), row);
         Some(())
     }
 
     /// A return that came already georeferenced: isotropic noise, no trajectory.
-    fn fill_fixed(&self, point: &Vector3<f64>, face: &FacePlane, plane: &Plane, x: &ParameterSet, row: &mut Row) {
+    fn fill_fixed(
+        &self,
+        point: &Vector3<f64>,
+        face: &FacePlane,
+        plane: &Plane,
+        x: &ParameterSet,
+        row: &mut Row,
+    ) {
         row.variance = self.scene.campaign.laser.noise.point_m.powi(2);
         row.misclosure = plane.normal.dot(point) - plane.distance_m;
         let adjusted = point - plane.normal * row.misclosure;
@@ -317,7 +418,11 @@ impl ReturnConditions<'_> {
 }
 
 /// `S b`: how the point moves per unit of multiplier, metres squared.
-fn shift_along(noise: &crate::observe::LaserNoise, u: &Vector3<f64>, gain: &nalgebra::Vector2<f64>) -> Vector3<f64> {
+fn shift_along(
+    noise: &crate::observe::LaserNoise,
+    u: &Vector3<f64>,
+    gain: &nalgebra::Vector2<f64>,
+) -> Vector3<f64> {
     let range_m = u.norm().max(1e-9);
     let across = Vector3::new(u.z, 0.0, -u.x);
     u * (gain.x * noise.range_m / range_m) + across * (gain.y * noise.angle_rad)
@@ -336,7 +441,11 @@ impl Conditions for ReturnConditions<'_> {
         if !self.scene.laser_uses_trajectory() {
             return None;
         }
-        let record = self.scene.trajectory.record_before(self.scene.campaign.laser.time_s[self.ties[k].row as usize]).ok()?;
+        let record = self
+            .scene
+            .trajectory
+            .record_before(self.scene.campaign.laser.time_s[self.ties[k].row as usize])
+            .ok()?;
         self.trajectory.interval(record as u32)
     }
 

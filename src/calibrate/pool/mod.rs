@@ -5,3 +5,7 @@ pub mod scene;
 
 pub use config::{JointConfig, SequentialConfig};
 pub use scene::Scene;
+pub mod conditions;
+pub mod joint;
+pub mod planes;
+pub mod ties;

@@ -42,7 +42,10 @@ impl TieSet {
         let (mut i, mut j, mut same) = (0, 0, 0);
         while let (Some(a), Some(b)) = (self.ties.get(i), other.ties.get(j)) {
             same += usize::from(a == b);
-            (i, j) = (i + usize::from(a.row <= b.row), j + usize::from(b.row <= a.row));
+            (i, j) = (
+                i + usize::from(a.row <= b.row),
+                j + usize::from(b.row <= a.row),
+            );
         }
         self.ties.len().max(other.ties.len()) - same
     }
@@ -77,7 +80,9 @@ impl TrajectoryVariance {
     /// Variance along a unit normal, given d(n.X)/d(attitude) (metres per radian), square metres.
     #[must_use]
     pub fn along(&self, attitude: &Vector3<f64>) -> f64 {
-        self.position_m2 + self.level_rad2 * (attitude.x.powi(2) + attitude.y.powi(2)) + self.heading_rad2 * attitude.z.powi(2)
+        self.position_m2
+            + self.level_rad2 * (attitude.x.powi(2) + attitude.y.powi(2))
+            + self.heading_rad2 * attitude.z.powi(2)
     }
 }
 
@@ -91,16 +96,25 @@ pub fn return_variance(noise: &LaserNoise, u_m: &Vector3<f64>, direction: &Vecto
 
 /// Sensitivity of the distance along `direction` to one sigma of range and of angle, metres.
 #[must_use]
-pub fn return_gain(noise: &LaserNoise, u_m: &Vector3<f64>, direction: &Vector3<f64>) -> nalgebra::Vector2<f64> {
+pub fn return_gain(
+    noise: &LaserNoise,
+    u_m: &Vector3<f64>,
+    direction: &Vector3<f64>,
+) -> nalgebra::Vector2<f64> {
     let range_m = u_m.norm().max(1e-9);
     let across = Vector3::new(u_m.z, 0.0, -u_m.x);
-    nalgebra::Vector2::new(u_m.dot(direction) / range_m * noise.range_m, across.dot(direction) * noise.angle_rad)
+    nalgebra::Vector2::new(
+        u_m.dot(direction) / range_m * noise.range_m,
+        across.dot(direction) * noise.angle_rad,
+    )
 }
 
 /// Variance of a sounding along a direction in the sonar frame, given its Jacobian, square metres.
 #[must_use]
 pub fn sounding_variance(noise: &SonarNoise, gain: &Vector3<f64>) -> f64 {
-    (gain.x * noise.range_m).powi(2) + (gain.y * noise.across_rad).powi(2) + (gain.z * noise.along_rad).powi(2)
+    (gain.x * noise.range_m).powi(2)
+        + (gain.y * noise.across_rad).powi(2)
+        + (gain.z * noise.along_rad).powi(2)
 }
 
 /// Ties every laser return.
@@ -112,18 +126,33 @@ pub fn tie_returns(scene: &Scene, patches: &Patches, gate_sigmas: f64) -> TieSet
     collect(campaign.laser.len(), |j| {
         if let Some(point) = scene.laser_fixed_point(j) {
             let ray = scene.laser_point(j).map_or(Vector3::x(), |p| p.1);
-            let gate = Gate { sigmas: gate_sigmas, margin_m: (MARGIN_SIGMAS * noise.point_m).max(LEAST_MARGIN_M) };
-            return (j as u32, Some(patches.assign(&point, &ray, &gate, |_| noise.point_m)));
+            let gate = Gate {
+                sigmas: gate_sigmas,
+                margin_m: (MARGIN_SIGMAS * noise.point_m).max(LEAST_MARGIN_M),
+            };
+            return (
+                j as u32,
+                Some(patches.assign(&point, &ray, &gate, |_| noise.point_m)),
+            );
         }
-        let Ok(pose) = scene.trajectory.pose_at(campaign.laser.time_s[j]) else { return (j as u32, None) };
+        let Ok(pose) = scene.trajectory.pose_at(campaign.laser.time_s[j]) else {
+            return (j as u32, None);
+        };
         let u = campaign.laser.point(j);
         let turned = campaign.scanner.rotation * u;
         let point = pose.position_m + pose.rotation * (turned + campaign.scanner.lever_arm_m);
-        let spread = noise.range_m.hypot(noise.angle_rad * u.norm()).hypot(trajectory.position_m2.sqrt());
-        let gate = Gate { sigmas: gate_sigmas, margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M) };
+        let spread = noise
+            .range_m
+            .hypot(noise.angle_rad * u.norm())
+            .hypot(trajectory.position_m2.sqrt());
+        let gate = Gate {
+            sigmas: gate_sigmas,
+            margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M),
+        };
         let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, |normal| {
             let partials = along_normal(&pose, &campaign.scanner, &u, normal);
-            (return_variance(noise, &u, &partials.sensor) + trajectory.along(&partials.attitude)).sqrt()
+            (return_variance(noise, &u, &partials.sensor) + trajectory.along(&partials.attitude))
+                .sqrt()
         });
         (j as u32, Some(verdict))
     })
@@ -145,15 +174,25 @@ pub fn tie_soundings(
     let noise = &campaign.soundings.noise;
     let mut set = collect(rows.len(), |i| {
         let k = rows[i] as usize;
-        let Some(pose) = scene.sounding_pose(k, latency_s) else { return (rows[i], None) };
-        let Some(mut beam) = scene.beam(k, &pose, mounting) else { return (rows[i], None) };
+        let Some(pose) = scene.sounding_pose(k, latency_s) else {
+            return (rows[i], None);
+        };
+        let Some(mut beam) = scene.beam(k, &pose, mounting) else {
+            return (rows[i], None);
+        };
         beam.range_m *= 1.0 + range_scale;
         let partials = beam.partials();
         let turned = mounting.rotation * partials.vector_m;
         let point = pose.position_m + pose.rotation * (turned + mounting.lever_arm_m);
         let swing = beam.range_m * noise.across_rad.hypot(noise.along_rad);
-        let spread = noise.range_m.hypot(swing).hypot(trajectory.position_m2.sqrt());
-        let gate = Gate { sigmas: gate_sigmas, margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M) };
+        let spread = noise
+            .range_m
+            .hypot(swing)
+            .hypot(trajectory.position_m2.sqrt());
+        let gate = Gate {
+            sigmas: gate_sigmas,
+            margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M),
+        };
         let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, |normal| {
             let p = along_normal(&pose, mounting, &partials.vector_m, normal);
             let gain = partials.jacobian.tr_mul(&p.sensor);
@@ -180,7 +219,10 @@ fn collect(count: usize, judge: impl Fn(usize) -> (u32, Option<Verdict>) + Sync)
             part
         })
         .collect();
-    let mut all = TieSet { ties: Vec::with_capacity(parts.iter().map(|p| p.ties.len()).sum()), ..TieSet::default() };
+    let mut all = TieSet {
+        ties: Vec::with_capacity(parts.iter().map(|p| p.ties.len()).sum()),
+        ..TieSet::default()
+    };
     for part in parts {
         all.ties.extend(part.ties);
         for (reason, n) in part.rejected {
@@ -220,12 +262,19 @@ mod tests {
         let before = set(&[(1, 0), (2, 0), (5, 1)]);
         assert_eq!(before.changed_from(&before), 0);
         assert_eq!(set(&[(1, 0), (2, 3), (5, 1)]).changed_from(&before), 1);
-        assert_eq!(set(&[(1, 0), (5, 1), (6, 1), (7, 1)]).changed_from(&before), 2);
+        assert_eq!(
+            set(&[(1, 0), (5, 1), (6, 1), (7, 1)]).changed_from(&before),
+            2
+        );
     }
 
     #[test]
     fn angle_noise_acts_across_the_ray_in_the_scan_plane() {
-        let noise = LaserNoise { range_m: 0.005, angle_rad: 0.001, point_m: 0.0 };
+        let noise = LaserNoise {
+            range_m: 0.005,
+            angle_rad: 0.001,
+            point_m: 0.0,
+        };
         let u = Vector3::new(10.0, 0.0, 0.0);
         assert!((return_variance(&noise, &u, &Vector3::x()).sqrt() - 0.005).abs() < 1e-15);
         assert!((return_variance(&noise, &u, &Vector3::z()).sqrt() - 0.010).abs() < 1e-15);

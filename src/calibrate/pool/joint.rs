@@ -1,0 +1,586 @@
+//! The joint path: angles, lever arm, planes and trajectory errors in one Gauss-Helmert adjustment (mathematics section 5).
+
+use nalgebra::{DMatrix, Matrix6, Vector3};
+
+use super::conditions::{
+    FacePlane, MountingBlocks, ReturnConditions, SoundingConditions, TrajectoryErrors,
+};
+use super::config::{Drift, JointConfig, KernelName, Planes};
+use super::planes::{self, GroupPlanes};
+use super::scene::Scene;
+use super::ties::{TieSet, TrajectoryVariance, tie_soundings};
+use crate::adjust::{
+    AdjustError, Block, BlockId, ChainModel, Component, Estimate, Kernel, Options, ParameterSet,
+    Problem, Process, ProcessKind, Solution, Source, Status, Unit, solve,
+};
+use crate::geometry::plane::Plane;
+use crate::geometry::rotation;
+use crate::matching::Patches;
+use crate::observe::Mounting;
+
+/// Names of the six parameters in the order of every covariance.
+pub const SIX: [&str; 6] = ["pitch", "roll", "yaw", "lx", "ly", "lz"];
+/// Observation groups.
+pub const SOUNDINGS: u16 = 0;
+/// Observation group of the laser returns.
+pub const RETURNS: u16 = 1;
+/// Outer iterations (association, then adjustment) at the most.
+const MOST_ROUNDS: usize = 12;
+/// The assignment is stable when no parameter moves by more than this in its own sigma between two rounds.
+const STABLE_SIGMAS: f64 = 0.01;
+
+/// One outer iteration, for the report.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Round {
+    /// Iterations of the adjustment.
+    pub inner: usize,
+    /// Cost at its end.
+    pub cost: f64,
+    /// Largest change of one of the six parameters since the round before, in its own sigma.
+    pub largest_step_in_sigma: f64,
+    /// Soundings whose tie changed.
+    pub reassigned: usize,
+}
+
+/// Handles of the blocks.
+#[derive(Clone, Debug)]
+pub struct Blocks {
+    /// The mounting sought.
+    pub mounting: MountingBlocks,
+    /// The scanner's mounting, where it has a prior.
+    pub scanner: Option<MountingBlocks>,
+    /// Latency, seconds.
+    pub latency: Option<BlockId>,
+    /// Range scale.
+    pub range_scale: Option<BlockId>,
+    /// Plane of every face, where its group was seen by the scanner.
+    pub faces: Vec<Option<FacePlane>>,
+}
+
+/// What the joint path ended with.
+#[derive(Debug)]
+pub struct JointOutcome {
+    /// The adjusted mounting.
+    pub mounting: Mounting,
+    /// Covariance of pitch, roll, yaw (rad), lx, ly, lz (m).
+    pub covariance: Matrix6<f64>,
+    /// The last adjustment.
+    pub solution: Solution,
+    /// Handles into its parameters.
+    pub blocks: Blocks,
+    /// Soundings used.
+    pub soundings: TieSet,
+    /// Every outer iteration.
+    pub rounds: Vec<Round>,
+    /// Whether the assignment became stable.
+    pub stable: bool,
+}
+
+/// Records that observations hang on, numbered as epochs of the chain.
+#[derive(Clone, Debug)]
+pub struct Epochs {
+    /// Epoch of each record; `u32::MAX` where no observation needs it.
+    of_record: Vec<u32>,
+    chain: Option<ChainModel>,
+}
+
+impl Epochs {
+    /// Numbers the records around the tied returns and the candidate soundings; `reach_s` widens for a latency.
+    ///
+    /// # Errors
+    /// [`AdjustError`] when the noise of the trajectory makes no chain.
+    pub fn number(
+        scene: &Scene,
+        returns: &TieSet,
+        soundings: &[u32],
+        reach_s: f64,
+    ) -> Result<Self, AdjustError> {
+        let trajectory = &scene.trajectory;
+        let mut needed = vec![false; trajectory.len()];
+        let mut mark = |time_s: f64| {
+            for time_s in [time_s - reach_s, time_s, time_s + reach_s] {
+                if let Ok(record) = trajectory.record_before(time_s) {
+                    needed[record] = true;
+                    needed[record + 1] = true;
+                }
+            }
+        };
+        if scene.laser_uses_trajectory() {
+            returns
+                .ties
+                .iter()
+                .for_each(|t| mark(scene.campaign.laser.time_s[t.row as usize]));
+        }
+        soundings
+            .iter()
+            .for_each(|&k| mark(scene.campaign.soundings.time_s[k as usize]));
+        let mut of_record = vec![u32::MAX; needed.len()];
+        let mut times_s = vec![];
+        for (record, _) in needed.iter().enumerate().filter(|(_, n)| **n) {
+            of_record[record] = times_s.len() as u32;
+            times_s.push(trajectory.times_s()[record]);
+        }
+        let processes = processes(scene);
+        let chain = if processes.is_empty() || times_s.len() < 2 {
+            None
+        } else {
+            Some(ChainModel::new(times_s, processes)?)
+        };
+        Ok(Self { of_record, chain })
+    }
+}
+
+/// The stochastic processes of a trajectory's errors: white per record, and drift (mathematics section 5).
+fn processes(scene: &Scene) -> Vec<Process> {
+    let noise = &scene.campaign.trajectory.noise;
+    let white = |component, sigma| Process {
+        component,
+        sigma,
+        kind: ProcessKind::White,
+    };
+    let tau_s = noise.drift_correlation_time_s;
+    let slow = |component, sigma| Process {
+        component,
+        sigma,
+        kind: ProcessKind::GaussMarkov { tau_s },
+    };
+    let mut all: Vec<Process> = (0..3).map(|i| white(i, noise.position_m)).collect();
+    all.extend([
+        white(3, noise.roll_pitch_rad),
+        white(4, noise.roll_pitch_rad),
+        white(5, noise.heading_rad),
+    ]);
+    all.extend((0..3).map(|i| slow(i, noise.position_drift_m)));
+    all.push(slow(5, noise.heading_drift_rad));
+    all.retain(|p| p.sigma > 0.0);
+    all
+}
+
+/// What the joint path starts from.
+#[derive(Clone, Copy, Debug)]
+pub struct JointStart<'a> {
+    /// Rough mounting.
+    pub mounting: Mounting,
+    /// The scanner's planes.
+    pub planes: &'a GroupPlanes,
+    /// Ties of the laser returns.
+    pub returns: &'a TieSet,
+    /// Soundings that may lie on the target.
+    pub candidates: &'a [u32],
+}
+
+/// Runs the joint path: associate, adjust, until the assignment is stable; then data snooping.
+///
+/// # Errors
+/// [`AdjustError`] from the engine; how the solve ended is in the outcome.
+pub fn run(
+    scene: &Scene,
+    start: &JointStart,
+    patches: &mut Patches,
+    config: &JointConfig,
+) -> Result<JointOutcome, AdjustError> {
+    let reach_s = if config.latency { 0.5 } else { 0.0 };
+    let epochs = Epochs::number(scene, start.returns, start.candidates, reach_s)?;
+    let (parameters, blocks) = parameters(scene, start, config)?;
+    let mut estimate = Estimate::new(parameters);
+    let mut ties = associate(scene, start, patches, config, &blocks, &estimate);
+    let mut rounds = vec![];
+    loop {
+        let before = blocks.mounting.at(&estimate.parameters);
+        let solution = adjust(scene, start, config, &epochs, &blocks, &ties, estimate)?;
+        let outcome =
+            |solution: Solution, ties: TieSet, rounds: Vec<Round>, stable: bool| JointOutcome {
+                mounting: blocks.mounting.at(&solution.estimate.parameters),
+                covariance: six_covariance(&solution, &blocks),
+                solution,
+                blocks: blocks.clone(),
+                soundings: ties,
+                rounds,
+                stable,
+            };
+        if !solution.status.was_successful() && solution.status != Status::Stalled {
+            return Ok(outcome(solution, ties, rounds, false));
+        }
+        let covariance = six_covariance(&solution, &blocks);
+        let step = step_in_sigmas(
+            &blocks.mounting.at(&solution.estimate.parameters),
+            &before,
+            &covariance,
+        );
+        move_patches(scene, patches, &blocks, &solution.estimate.parameters);
+        let again = associate(scene, start, patches, config, &blocks, &solution.estimate);
+        let reassigned = again.changed_from(&ties);
+        rounds.push(Round {
+            inner: solution.iterations.len(),
+            cost: solution.cost,
+            largest_step_in_sigma: step,
+            reassigned,
+        });
+        let stable = reassigned == 0 || (step < STABLE_SIGMAS && rounds.len() > 1);
+        if stable || rounds.len() >= MOST_ROUNDS {
+            return Ok(outcome(solution, ties, rounds, stable));
+        }
+        ties = again;
+        estimate = solution.estimate;
+    }
+}
+
+/// One adjustment with fixed ties.
+fn adjust(
+    scene: &Scene,
+    start: &JointStart,
+    config: &JointConfig,
+    epochs: &Epochs,
+    blocks: &Blocks,
+    ties: &TieSet,
+    estimate: Estimate,
+) -> Result<Solution, AdjustError> {
+    with_problem(
+        scene,
+        start,
+        config,
+        epochs,
+        blocks,
+        ties,
+        &estimate.parameters.clone(),
+        |problem| solve(problem, estimate, &options(config)),
+    )
+}
+
+/// Builds the problem of the current ties and hands it to `then`.
+#[allow(clippy::too_many_arguments)]
+fn with_problem<T>(
+    scene: &Scene,
+    start: &JointStart,
+    config: &JointConfig,
+    epochs: &Epochs,
+    blocks: &Blocks,
+    ties: &TieSet,
+    parameters: &ParameterSet,
+    then: impl FnOnce(&Problem) -> T,
+) -> T {
+    let as_states = config.drift == Drift::On && epochs.chain.is_some();
+    let trajectory = if as_states {
+        TrajectoryErrors::States(&epochs.of_record)
+    } else {
+        TrajectoryErrors::Variance(TrajectoryVariance::new(
+            &scene.campaign.trajectory.noise,
+            false,
+        ))
+    };
+    let soundings = SoundingConditions {
+        scene,
+        ties: &ties.ties,
+        planes: &blocks.faces,
+        mounting: blocks.mounting,
+        latency: blocks.latency,
+        range_scale: blocks.range_scale,
+        latency_at_start_s: blocks.latency.map_or(0.0, |id| parameters.euclidean(id)[0]),
+        trajectory,
+        group: SOUNDINGS,
+    };
+    let returns = ReturnConditions {
+        scene,
+        ties: &start.returns.ties,
+        planes: &blocks.faces,
+        scanner: blocks.scanner,
+        trajectory,
+        group: RETURNS,
+    };
+    let mut sources = vec![Source::new(&soundings)];
+    if config.planes == Planes::Adjusted {
+        sources.push(Source::new(&returns));
+    }
+    let problem = match &epochs.chain {
+        Some(chain) if as_states => Problem::with_chain(sources, chain),
+        _ => Problem::dense(sources),
+    };
+    then(&problem)
+}
+
+/// The engine's options for a configuration.
+fn options(config: &JointConfig) -> Options {
+    let k = config.kernel_width_sigma;
+    let kernel = match config.kernel {
+        KernelName::LeastSquares => Kernel::LeastSquares,
+        KernelName::Huber => Kernel::Huber { k },
+        KernelName::Cauchy => Kernel::Cauchy { k },
+        KernelName::Tukey => Kernel::Tukey { k },
+        KernelName::GemanMcclure => Kernel::GemanMcClure { k },
+    };
+    Options {
+        kernel,
+        ..Options::default()
+    }
+}
+
+/// Every block of the adjustment, at its start.
+fn parameters(
+    scene: &Scene,
+    start: &JointStart,
+    config: &JointConfig,
+) -> Result<(ParameterSet, Blocks), AdjustError> {
+    let mut x = ParameterSet::new();
+    let mounting = push_mounting(&mut x, scene, &start.mounting, config)?;
+    let free = config.planes == Planes::Adjusted;
+    let scanner = match scene.campaign.scanner_sigma {
+        Some(sigma) if free && scene.laser_uses_trajectory() => {
+            Some(push_scanner(&mut x, scene, &sigma)?)
+        }
+        _ => None,
+    };
+    let scalar = |x: &mut ParameterSet, name: &str, unit| {
+        x.push(Block::euclidean(
+            name,
+            vec![Component::new(name, unit)],
+            &[0.0],
+        ))
+    };
+    let latency = config
+        .latency
+        .then(|| scalar(&mut x, "latency", Unit::Second))
+        .transpose()?;
+    let range_scale = config
+        .range_scale
+        .then(|| scalar(&mut x, "range_scale", Unit::One))
+        .transpose()?;
+    let faces = push_planes(&mut x, scene, start.planes, start.returns, free)?;
+    Ok((
+        x,
+        Blocks {
+            mounting,
+            scanner,
+            latency,
+            range_scale,
+            faces,
+        },
+    ))
+}
+
+fn push_mounting(
+    x: &mut ParameterSet,
+    scene: &Scene,
+    rough: &Mounting,
+    config: &JointConfig,
+) -> Result<MountingBlocks, AdjustError> {
+    let nominal = &scene.campaign.sonar;
+    let held: Vec<bool> = SIX
+        .iter()
+        .map(|name| config.hold.iter().any(|h| h == name))
+        .collect();
+    let mut delta = rough.correction_from(nominal);
+    let mut arm = rough.lever_arm_m;
+    for i in 0..3 {
+        if held[i] {
+            delta[i] = 0.0;
+        }
+        if held[i + 3] {
+            arm[i] = nominal.lever_arm_m[i];
+        }
+    }
+    let mut turn = Block::rotation(
+        "mounting angles",
+        ["pitch", "roll", "yaw"],
+        &(rotation::exp(&delta) * nominal.rotation),
+    );
+    turn.held.copy_from_slice(&held[..3]);
+    let metres = ["lx", "ly", "lz"]
+        .map(|name| Component::new(name, Unit::Metre))
+        .to_vec();
+    let mut lever = Block::euclidean("lever arm", metres, arm.as_slice());
+    lever.held.copy_from_slice(&held[3..]);
+    let p = &config.prior;
+    let rad = |deg: Option<f64>| deg.map(f64::to_radians);
+    if let Some(covariance) = prior_covariance(
+        [
+            rad(p.pitch_sigma_deg),
+            rad(p.roll_sigma_deg),
+            rad(p.yaw_sigma_deg),
+        ],
+        10.0,
+    ) {
+        turn = turn.with_prior(nominal.rotation.as_slice().to_vec(), covariance);
+    }
+    if let Some(covariance) = prior_covariance([p.lx_sigma_m, p.ly_sigma_m, p.lz_sigma_m], 1e3) {
+        lever = lever.with_prior(nominal.lever_arm_m.as_slice().to_vec(), covariance);
+    }
+    Ok(MountingBlocks {
+        rotation: x.push(turn)?,
+        lever_arm: x.push(lever)?,
+    })
+}
+
+/// Diagonal covariance of the given sigmas, `vague` for those not given; `None` when none is.
+fn prior_covariance(sigmas: [Option<f64>; 3], vague: f64) -> Option<DMatrix<f64>> {
+    if sigmas.iter().all(Option::is_none) {
+        return None;
+    }
+    let diagonal = sigmas.map(|s| s.unwrap_or(vague).powi(2));
+    Some(DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(
+        &diagonal,
+    )))
+}
+
+fn push_scanner(
+    x: &mut ParameterSet,
+    scene: &Scene,
+    sigma: &crate::observe::MountingSigma,
+) -> Result<MountingBlocks, AdjustError> {
+    let scanner = &scene.campaign.scanner;
+    let square = |v: &Vector3<f64>| {
+        DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(
+            3,
+            v.iter().map(|s| s.max(1e-9).powi(2)),
+        ))
+    };
+    let turn = Block::rotation(
+        "scanner angles",
+        ["scanner pitch", "scanner roll", "scanner yaw"],
+        &scanner.rotation,
+    )
+    .with_prior(
+        scanner.rotation.as_slice().to_vec(),
+        square(&sigma.rotation_rad),
+    );
+    let metres = ["scanner lx", "scanner ly", "scanner lz"]
+        .map(|n| Component::new(n, Unit::Metre))
+        .to_vec();
+    let lever = Block::euclidean("scanner lever arm", metres, scanner.lever_arm_m.as_slice())
+        .with_prior(
+            scanner.lever_arm_m.as_slice().to_vec(),
+            square(&sigma.lever_arm_m),
+        );
+    Ok(MountingBlocks {
+        rotation: x.push(turn)?,
+        lever_arm: x.push(lever)?,
+    })
+}
+
+/// A unit normal and a distance per group that the scanner saw, and an observed offset per face with a tolerance.
+fn push_planes(
+    x: &mut ParameterSet,
+    scene: &Scene,
+    planes: &GroupPlanes,
+    returns: &TieSet,
+    free: bool,
+) -> Result<Vec<Option<FacePlane>>, AdjustError> {
+    let target = scene.target;
+    let mut groups: Vec<Option<(BlockId, BlockId)>> = vec![None; target.groups.len()];
+    for (group, plane) in planes.iter().enumerate() {
+        let Some(plane) = plane else { continue };
+        let name = &target.groups[group].name;
+        let mut normal = Block::unit_normal(name.clone(), &plane.fit.plane.normal);
+        let metre = vec![Component::new(format!("{name} distance"), Unit::Metre)];
+        let mut distance = Block::euclidean(
+            format!("{name} distance"),
+            metre,
+            &[plane.fit.plane.offset_m],
+        );
+        if !free {
+            (normal, distance) = (normal.held(), distance.held());
+        }
+        groups[group] = Some((x.push(normal)?, x.push(distance)?));
+    }
+    let mut offsets: Vec<Option<BlockId>> = vec![None; target.offsets.len()];
+    let mut faces = vec![];
+    for face in &target.faces {
+        let Some((normal, distance)) = groups[face.group] else {
+            faces.push(None);
+            continue;
+        };
+        let design = &target.offsets[face.offset];
+        if design.sigma_m > 0.0 && offsets[face.offset].is_none() {
+            let metre = vec![Component::new(
+                format!("offset of {}", design.name),
+                Unit::Metre,
+            )];
+            let variance = DMatrix::from_element(1, 1, design.sigma_m.powi(2));
+            let block = Block::euclidean(
+                format!("offset of {}", design.name),
+                metre,
+                &[design.value_m],
+            )
+            .with_prior(vec![design.value_m], variance);
+            offsets[face.offset] = Some(x.push(block)?);
+        }
+        faces.push(Some(FacePlane {
+            normal,
+            distance,
+            offset: offsets[face.offset],
+            design_m: design.value_m,
+        }));
+    }
+    let _ = returns;
+    Ok(faces)
+}
+
+/// Ties the candidates under the current estimate; only faces whose plane is known.
+fn associate(
+    scene: &Scene,
+    start: &JointStart,
+    patches: &Patches,
+    config: &JointConfig,
+    blocks: &Blocks,
+    estimate: &Estimate,
+) -> TieSet {
+    let x = &estimate.parameters;
+    let value = |id: Option<BlockId>| id.map_or(0.0, |id| x.euclidean(id)[0]);
+    let mounting = blocks.mounting.at(x);
+    let (latency_s, scale) = (value(blocks.latency), value(blocks.range_scale));
+    let mut set = tie_soundings(
+        scene,
+        patches,
+        start.candidates,
+        &mounting,
+        latency_s,
+        scale,
+        config.gate_sigma,
+    );
+    let before = set.ties.len();
+    set.ties.retain(|t| blocks.faces[t.face as usize].is_some());
+    let lost = (before - set.ties.len()) as u64;
+    if lost > 0 {
+        set.rejected
+            .insert("on a plane that the scanner did not see", lost);
+    }
+    set
+}
+
+/// Moves the patches onto the adjusted planes.
+fn move_patches(scene: &Scene, patches: &mut Patches, blocks: &Blocks, x: &ParameterSet) {
+    let planes: Vec<Option<Plane>> = (0..scene.target.groups.len())
+        .map(|group| {
+            let face = scene.target.faces.iter().position(|f| f.group == group)?;
+            let plane = blocks.faces[face].as_ref()?;
+            Some(Plane {
+                normal: x.normal(plane.normal),
+                offset_m: x.euclidean(plane.distance)[0],
+            })
+        })
+        .collect();
+    planes::apply(patches, scene, &planes);
+}
+
+/// Covariance of the six parameters; zero rows for those held.
+fn six_covariance(solution: &Solution, blocks: &Blocks) -> Matrix6<f64> {
+    let x = &solution.estimate.parameters;
+    let column = |i: usize| {
+        if i < 3 {
+            x.offset(blocks.mounting.rotation) + i
+        } else {
+            x.offset(blocks.mounting.lever_arm) + i - 3
+        }
+    };
+    Matrix6::from_fn(|i, j| solution.cofactor[(column(i), column(j))])
+}
+
+/// Largest difference of two mountings in the sigma of each parameter.
+fn step_in_sigmas(now: &Mounting, before: &Mounting, covariance: &Matrix6<f64>) -> f64 {
+    let turn = now.correction_from(before);
+    let arm = now.lever_arm_m - before.lever_arm_m;
+    (0..6)
+        .map(|i| {
+            (if i < 3 { turn[i] } else { arm[i - 3] }).abs() / covariance[(i, i)].sqrt().max(1e-12)
+        })
+        .fold(0.0, f64::max)
+}

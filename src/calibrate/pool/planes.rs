@@ -1,0 +1,220 @@
+//! The scanner's planes: extracted from the laser returns by RANSAC and a robust fit, checked between passes.
+
+use nalgebra::Vector3;
+
+use super::scene::Scene;
+use super::ties::TieSet;
+use crate::geometry::plane::{Plane, PlaneFit, PlaneMoments};
+use crate::geometry::ransac::{ExpectedNormal, PlaneSearch, find_plane};
+use crate::matching::Patches;
+
+/// Points that the search for a plane looks at.
+const SEARCH_POINTS: usize = 20_000;
+/// A plane of fewer returns is none.
+const LEAST_RETURNS: usize = 30;
+/// Observations further apart in time than this belong to different passes, seconds.
+const PASS_GAP_S: f64 = 5.0;
+
+/// The plane of one group, at the group's design position (face offsets taken off).
+#[derive(Clone, Copy, Debug)]
+pub struct GroupPlane {
+    /// The fit; its normal is the group's, its offset the distance of the group's plane from its design position, metres.
+    pub fit: PlaneFit,
+}
+
+/// Planes by group index; `None` where the scanner saw too little.
+pub type GroupPlanes = Vec<Option<GroupPlane>>;
+
+/// Return `tie` taken back along its group's normal by its face's design offset: on the group's plane.
+fn on_group_plane(scene: &Scene, row: u32, face: usize) -> Option<Vector3<f64>> {
+    let (point, _) = scene.laser_point(row as usize)?;
+    let group = &scene.target.groups[scene.target.faces[face].group];
+    Some(point - group.normal * scene.target.design_offset_m(face))
+}
+
+/// Extracts every group's plane from the tied returns.
+#[must_use]
+pub fn extract(scene: &Scene, ties: &TieSet, seed: u64) -> GroupPlanes {
+    (0..scene.target.groups.len())
+        .map(|group| extract_group(scene, ties, group, seed))
+        .collect()
+}
+
+fn group_points(scene: &Scene, ties: &TieSet, group: usize) -> Vec<(f64, Vector3<f64>)> {
+    let of_group = ties
+        .ties
+        .iter()
+        .filter(|t| scene.target.faces[t.face as usize].group == group);
+    let time = |row: u32| {
+        scene
+            .campaign
+            .laser
+            .time_s
+            .get(row as usize)
+            .copied()
+            .unwrap_or(0.0)
+    };
+    of_group
+        .filter_map(|t| Some((time(t.row), on_group_plane(scene, t.row, t.face as usize)?)))
+        .collect()
+}
+
+fn extract_group(scene: &Scene, ties: &TieSet, group: usize, seed: u64) -> Option<GroupPlane> {
+    let points = group_points(scene, ties, group);
+    if points.len() < LEAST_RETURNS {
+        return None;
+    }
+    let stride = points.len().div_ceil(SEARCH_POINTS);
+    let sample: Vec<Vector3<f64>> = points.iter().step_by(stride).map(|p| p.1).collect();
+    let normal = scene.target.groups[group].normal;
+    let tolerance_m = 4.0 * point_sigma_m(scene);
+    let search = PlaneSearch {
+        tolerance_m,
+        least_inliers: LEAST_RETURNS.min(sample.len()),
+        normal: Some(ExpectedNormal {
+            normal,
+            within_rad: 0.09,
+        }),
+        seed,
+        ..PlaneSearch::default()
+    };
+    let found = find_plane(&sample, &search).ok()?;
+    let plane = found.fit.plane;
+    let mut moments = PlaneMoments::default();
+    for (_, p) in points
+        .iter()
+        .filter(|(_, p)| plane.distance_m(p).abs() <= tolerance_m)
+    {
+        moments.add(p);
+    }
+    let fit = moments.fit().ok()?.towards(&normal);
+    Some(GroupPlane { fit })
+}
+
+/// Spread of a laser point along a normal: its own noise, the trajectory's, metres.
+fn point_sigma_m(scene: &Scene) -> f64 {
+    let (laser, trajectory) = (
+        &scene.campaign.laser.noise,
+        &scene.campaign.trajectory.noise,
+    );
+    if !scene.laser_uses_trajectory() {
+        return laser.point_m;
+    }
+    let angle_m = laser.angle_rad * 10.0;
+    laser
+        .range_m
+        .hypot(angle_m)
+        .hypot(trajectory.position_m)
+        .hypot(trajectory.position_drift_m)
+        .max(0.002)
+}
+
+/// Puts the groups' planes under the faces of a set of patches.
+pub fn apply(patches: &mut Patches, scene: &Scene, planes: &[Option<Plane>]) {
+    for (face, f) in scene.target.faces.iter().enumerate() {
+        if let Some(plane) = planes[f.group] {
+            patches.set_plane(
+                face,
+                plane.normal,
+                plane.offset_m + scene.target.design_offset_m(face),
+            );
+        }
+    }
+}
+
+/// A disagreement between the planes of two passes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Disagreement {
+    /// Group concerned.
+    pub group: String,
+    /// Largest distance between the two passes' planes over the face, metres.
+    pub apart_m: f64,
+    /// Its expected standard deviation, metres.
+    pub sigma_m: f64,
+    /// Number of passes.
+    pub passes: usize,
+}
+
+/// Compares the planes that each pass of the scanner gives by itself. Returns the worst that exceeds five sigmas of what the
+/// trajectory's drift and the scanner's stated uncertainty explain: a scanner that is not calibrated after all.
+#[must_use]
+pub fn disagreement(scene: &Scene, ties: &TieSet) -> Option<Disagreement> {
+    let mut worst: Option<Disagreement> = None;
+    for group in 0..scene.target.groups.len() {
+        let points = group_points(scene, ties, group);
+        let passes = split_passes(&points);
+        let fits: Vec<PlaneFit> = passes
+            .iter()
+            .filter_map(|pass| robust_pass(scene, group, pass))
+            .collect();
+        for (k, a) in fits.iter().enumerate() {
+            for b in &fits[..k] {
+                let found = compare(scene, group, a, b, fits.len());
+                let excess = |d: &Disagreement| d.apart_m / d.sigma_m;
+                if excess(&found) > 5.0 && worst.as_ref().is_none_or(|w| excess(&found) > excess(w))
+                {
+                    worst = Some(found);
+                }
+            }
+        }
+    }
+    worst
+}
+
+fn split_passes(points: &[(f64, Vector3<f64>)]) -> Vec<Vec<Vector3<f64>>> {
+    let mut passes: Vec<Vec<Vector3<f64>>> = vec![];
+    let mut last = f64::NEG_INFINITY;
+    for (time, point) in points {
+        if time - last > PASS_GAP_S || passes.is_empty() {
+            passes.push(vec![]);
+        }
+        if let Some(pass) = passes.last_mut() {
+            pass.push(*point);
+        }
+        last = *time;
+    }
+    passes.retain(|pass| pass.len() >= 200);
+    passes
+}
+
+fn robust_pass(scene: &Scene, group: usize, points: &[Vector3<f64>]) -> Option<PlaneFit> {
+    let normal = scene.target.groups[group].normal;
+    let sample: Vec<Vector3<f64>> = points
+        .iter()
+        .step_by(points.len().div_ceil(5000))
+        .copied()
+        .collect();
+    let search = PlaneSearch {
+        tolerance_m: 4.0 * point_sigma_m(scene),
+        least_inliers: 100,
+        normal: Some(ExpectedNormal {
+            normal,
+            within_rad: 0.09,
+        }),
+        seed: 1,
+        ..PlaneSearch::default()
+    };
+    find_plane(&sample, &search)
+        .ok()
+        .map(|found| found.fit.towards(&normal))
+}
+
+fn compare(scene: &Scene, group: usize, a: &PlaneFit, b: &PlaneFit, passes: usize) -> Disagreement {
+    let middle = (a.centroid_m + b.centroid_m) * 0.5;
+    let noise = &scene.campaign.trajectory.noise;
+    let scanner = scene.campaign.scanner_sigma.map_or(0.0, |s| {
+        (s.rotation_rad.amax() * 10.0).hypot(s.lever_arm_m.amax())
+    });
+    let spread = |fit: &PlaneFit| fit.sigma_at_m(&middle, fit.point_sigma_m());
+    let sigma_m = (2.0 * (noise.position_drift_m.powi(2) + scanner.powi(2))
+        + spread(a).powi(2)
+        + spread(b).powi(2))
+    .sqrt();
+    let apart_m = (a.plane.distance_m(&middle) - b.plane.distance_m(&middle)).abs();
+    Disagreement {
+        group: scene.target.groups[group].name.clone(),
+        apart_m,
+        sigma_m: sigma_m.max(0.003),
+        passes,
+    }
+}
