@@ -3,15 +3,19 @@
 //! [`Conditions`] over a [`ParameterSet`] and, optionally, a [`ChainModel`] make a [`Problem`]; [`solve`] turns a start into a
 //! [`Solution`]; [`assess`] judges it.
 
+mod accumulate;
 mod chain;
 mod chart;
 mod condition;
+mod elimination;
 mod error;
 mod kernel;
+mod linearise;
 mod parameters;
 mod problem;
 mod quality;
 mod solve;
+mod spectrum;
 
 pub use chain::{ChainModel, ChainState, Process, ProcessKind, VISIBLE};
 pub use chart::{Chart, tangent_basis};

@@ -2,9 +2,18 @@
 
 use nalgebra::DMatrix;
 
+use super::accumulate::Weighting;
+use super::chain::ChainState;
+use super::elimination::Factor;
 use super::error::AdjustError;
 use super::kernel::Kernel;
+use super::linearise::{Linearisation, check_intervals, linearise};
 use super::problem::{Estimate, Problem};
+
+/// Damping above which a step is smaller than rounding.
+const LARGEST_DAMPING: f64 = 1e32;
+/// Promised fall of the cost, relative to the cost, that its own rounding can hide.
+const ROUNDING: f64 = 1e-11;
 
 /// How to solve.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +51,7 @@ pub enum Status {
     Stalled,
     /// The data leave directions of the parameter space undetermined; the estimate is not unique.
     RankDeficient {
-        /// Unit tangent vectors over all columns, in scaled parameters.
+        /// Unit vectors over all columns, each column scaled to unit information.
         directions: Vec<Vec<f64>>,
     },
     /// The iterations were used up.
@@ -59,11 +68,12 @@ impl Status {
 /// One iteration, for the convergence log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationRecord {
-    /// Cost at the trial point: half the weighted (or robust) sum of squares, priors and states included.
+    /// Cost at the trial point: half the weighted (or robust) sum of squares, priors and states included. Infinite where the
+    /// conditions could not be evaluated.
     pub cost: f64,
     /// Damping used.
     pub damping: f64,
-    /// Largest step of a parameter or state in its own standard deviation.
+    /// Largest undamped step of a parameter, or step of a state, in its own standard deviation.
     pub step_sigmas: f64,
     /// Whether the step was taken.
     pub accepted: bool,
@@ -80,18 +90,310 @@ pub struct Solution {
     pub iterations: Vec<IterationRecord>,
     /// Final cost.
     pub cost: f64,
-    /// Cofactors over all columns (a-priori covariance, variance factor one); zero rows for held columns.
+    /// Cofactors over all columns (covariance a priori, variance factor one); zero rows for held columns. An undetermined
+    /// direction has a huge variance.
     pub cofactor: DMatrix<f64>,
+    /// The linearisation at the end, for the quality figures.
+    pub(super) linearisation: Linearisation,
+    /// Weighting of that linearisation.
+    pub(super) weighting: Weighting,
 }
 
 /// Solves a problem from a start.
 ///
 /// # Errors
-/// See [`AdjustError`].
+/// See [`AdjustError`]; a problem that does not converge is not an error but a [`Status`].
 pub fn solve(
-    _problem: &Problem,
-    _start: Estimate,
-    _options: &Options,
+    problem: &Problem,
+    start: Estimate,
+    options: &Options,
 ) -> Result<Solution, AdjustError> {
-    todo!()
+    let mut iteration = Iteration::start(problem, start, options)?;
+    while iteration.status.is_none() {
+        iteration.advance()?;
+    }
+    iteration.finish()
+}
+
+/// The adjustment between two iterations.
+pub(super) struct Iteration<'a> {
+    problem: &'a Problem<'a>,
+    options: &'a Options,
+    here: Estimate,
+    linearisation: Linearisation,
+    damping: f64,
+    growth: f64,
+    pub(super) records: Vec<IterationRecord>,
+    pub(super) status: Option<Status>,
+}
+
+/// A proposed step.
+struct Step {
+    parameters: Vec<f64>,
+    states: Vec<f64>,
+    promise: f64,
+    sigmas: f64,
+}
+
+impl<'a> Iteration<'a> {
+    /// Checks the problem and linearises it at the start.
+    pub(super) fn start(
+        problem: &'a Problem<'a>,
+        start: Estimate,
+        options: &'a Options,
+    ) -> Result<Self, AdjustError> {
+        check_intervals(problem)?;
+        check_size(problem, &start)?;
+        let chain = problem
+            .chain
+            .map(|model| start.chain.unwrap_or_else(|| ChainState::zero(model)));
+        let here = Estimate {
+            parameters: start.parameters,
+            chain,
+        };
+        let linearisation = linearise(problem, &here, Weighting::Kernel(options.kernel), None)?;
+        let damping = options.initial_damping;
+        Ok(Iteration {
+            problem,
+            options,
+            here,
+            linearisation,
+            damping,
+            growth: 2.0,
+            records: Vec::new(),
+            status: None,
+        })
+    }
+
+    /// One iteration: propose, judge, accept or damp.
+    pub(super) fn advance(&mut self) -> Result<(), AdjustError> {
+        let step = self.propose();
+        self.status = self.ending(&step);
+        if self.status.is_some() {
+            return Ok(());
+        }
+        let trial = self.moved(&step);
+        let recycled = self.linearisation.factor.take();
+        match linearise(
+            self.problem,
+            &trial,
+            Weighting::Kernel(self.options.kernel),
+            recycled,
+        ) {
+            Ok(there) if self.improves(&step, there.cost) => self.accept(&step, trial, there),
+            Ok(there) => self.reject(&step, there.cost, there.factor),
+            Err(AdjustError::NotFinite { .. }) => self.reject(&step, f64::INFINITY, None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Damped step of the parameters, and of the states that follow.
+    fn propose(&self) -> Step {
+        let spectrum = &self.linearisation.spectrum;
+        let free = spectrum.step(self.damping);
+        let states = match (self.problem.chain, &self.linearisation.factor) {
+            (Some(model), Some(factor)) => factor.back_substitute(model, &free),
+            _ => Vec::new(),
+        };
+        let promise = spectrum.promise(self.damping) + self.linearisation.state_promise;
+        let sigmas = self.parameter_sigmas().max(self.state_sigmas(&states));
+        Step {
+            parameters: self.spread(&free),
+            states,
+            promise,
+            sigmas,
+        }
+    }
+
+    /// Largest undamped parameter step in its own standard deviation.
+    fn parameter_sigmas(&self) -> f64 {
+        let spectrum = &self.linearisation.spectrum;
+        let (step, cofactor) = (spectrum.step(0.0), spectrum.cofactor());
+        let ratios = step
+            .iter()
+            .enumerate()
+            .map(|(j, step)| step.abs() / cofactor[(j, j)].sqrt());
+        ratios.fold(0.0, f64::max) / self.noise()
+    }
+
+    /// Largest state step in the standard deviation of its process.
+    fn state_sigmas(&self, states: &[f64]) -> f64 {
+        let Some(model) = self.problem.chain else {
+            return 0.0;
+        };
+        let sigmas = model
+            .processes()
+            .iter()
+            .cycle()
+            .map(|process| process.sigma);
+        states
+            .iter()
+            .zip(sigmas)
+            .map(|(step, sigma)| step.abs() / sigma)
+            .fold(0.0, f64::max)
+    }
+
+    /// Standard deviation of unit weight that steps are measured with.
+    fn noise(&self) -> f64 {
+        if !self.options.unknown_noise {
+            return 1.0;
+        }
+        let excess = redundancy(self.problem, &self.here).max(1.0);
+        (2.0 * self.linearisation.cost / excess)
+            .sqrt()
+            .max(f64::MIN_POSITIVE)
+    }
+
+    fn spread(&self, free: &[f64]) -> Vec<f64> {
+        let mut all = vec![0.0; self.here.parameters.columns()];
+        self.here
+            .parameters
+            .free_columns()
+            .iter()
+            .zip(free)
+            .for_each(|(column, step)| all[*column] = *step);
+        all
+    }
+
+    fn ending(&self, step: &Step) -> Option<Status> {
+        if step.sigmas <= self.options.step_tolerance_sigmas {
+            return Some(self.settled());
+        }
+        if self.damping > LARGEST_DAMPING || self.is_at_the_floor(step) {
+            return Some(Status::Stalled);
+        }
+        (self.records.len() >= self.options.max_iterations).then_some(Status::OutOfIterations)
+    }
+
+    /// Whether steps that the cost can no longer judge have stopped shrinking.
+    fn is_at_the_floor(&self, step: &Step) -> bool {
+        let hidden = step.promise <= ROUNDING * self.linearisation.cost;
+        hidden
+            && self
+                .records
+                .last()
+                .is_some_and(|last| step.sigmas > 0.5 * last.step_sigmas)
+    }
+
+    fn settled(&self) -> Status {
+        let undetermined = self.linearisation.spectrum.undetermined();
+        if undetermined.is_empty() {
+            return Status::Converged;
+        }
+        Status::RankDeficient {
+            directions: undetermined.iter().map(|axis| self.spread(axis)).collect(),
+        }
+    }
+
+    fn moved(&self, step: &Step) -> Estimate {
+        let chain = match (self.problem.chain, &self.here.chain) {
+            (Some(model), Some(state)) => Some(state.moved(model, &step.states)),
+            _ => None,
+        };
+        Estimate {
+            parameters: self.here.parameters.retracted(&step.parameters),
+            chain,
+        }
+    }
+
+    /// A fall of the cost, or a change below its rounding.
+    fn improves(&self, step: &Step, cost: f64) -> bool {
+        let fall = self.linearisation.cost - cost;
+        let noise = ROUNDING * self.linearisation.cost;
+        fall > 1e-4 * step.promise || (step.promise <= noise && fall.abs() <= noise)
+    }
+
+    /// Takes the step; the damping falls with the quality of the linear model (Nielsen 1999, eq. 2.5).
+    fn accept(
+        &mut self,
+        step: &Step,
+        trial: Estimate,
+        there: Linearisation,
+    ) -> Result<(), AdjustError> {
+        let gain = (self.linearisation.cost - there.cost) / step.promise;
+        self.record(step, there.cost, true);
+        self.damping *= (1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3)).max(0.1);
+        self.growth = 2.0;
+        self.here = trial;
+        self.linearisation = there;
+        Ok(())
+    }
+
+    /// Stays and damps more.
+    fn reject(
+        &mut self,
+        step: &Step,
+        cost: f64,
+        recycled: Option<Factor>,
+    ) -> Result<(), AdjustError> {
+        self.record(step, cost, false);
+        self.damping *= self.growth;
+        self.growth *= 2.0;
+        if self.problem.chain.is_some() {
+            self.linearisation = linearise(
+                self.problem,
+                &self.here,
+                Weighting::Kernel(self.options.kernel),
+                recycled,
+            )?;
+        }
+        Ok(())
+    }
+
+    fn record(&mut self, step: &Step, cost: f64, accepted: bool) {
+        self.records.push(IterationRecord {
+            cost,
+            damping: self.damping,
+            step_sigmas: step.sigmas,
+            accepted,
+        });
+    }
+
+    /// The estimate reached, with its cofactors.
+    pub(super) fn finish(self) -> Result<Solution, AdjustError> {
+        let weighting = Weighting::Kernel(self.options.kernel);
+        let cofactor = self.cofactor();
+        Ok(Solution {
+            estimate: self.here,
+            status: self.status.unwrap_or(Status::OutOfIterations),
+            iterations: self.records,
+            cost: self.linearisation.cost,
+            cofactor,
+            linearisation: self.linearisation,
+            weighting,
+        })
+    }
+
+    fn cofactor(&self) -> DMatrix<f64> {
+        let (all, free) = (
+            self.here.parameters.columns(),
+            self.here.parameters.free_columns(),
+        );
+        let inner = self.linearisation.spectrum.cofactor();
+        let mut cofactor = DMatrix::zeros(all, all);
+        for (i, &row) in free.iter().enumerate() {
+            for (j, &column) in free.iter().enumerate() {
+                cofactor[(row, column)] = inner[(i, j)];
+            }
+        }
+        cofactor
+    }
+}
+
+/// Conditions and priors less unknowns; states and their priors cancel.
+pub(super) fn redundancy(problem: &Problem, at: &Estimate) -> f64 {
+    let observations = problem.condition_count() + at.parameters.prior_count();
+    observations as f64 - at.parameters.free_columns().len() as f64
+}
+
+fn check_size(problem: &Problem, start: &Estimate) -> Result<(), AdjustError> {
+    let conditions = problem.condition_count() + start.parameters.prior_count();
+    let unknowns = start.parameters.free_columns().len();
+    if conditions == 0 || conditions < unknowns {
+        return Err(AdjustError::TooFew {
+            conditions,
+            unknowns,
+        });
+    }
+    Ok(())
 }

@@ -1,0 +1,464 @@
+//! One pass over conditions: weights them and adds them up.
+//!
+//! Work is cut at fixed places (rows of a set, epochs of the chain) and reduced in order, so that the sums have the same bytes
+//! on any number of threads.
+
+use std::ops::Range;
+
+use super::chain::VISIBLE;
+use super::condition::{ChainRow, Row};
+use super::error::AdjustError;
+use super::kernel::Kernel;
+use super::problem::{Estimate, Problem};
+
+/// Rows linearised at a time: they stay in the first-level caches.
+const ROWS: usize = 32;
+/// Pairs of visible quantities, upper triangle by rows.
+pub(super) const PAIRS: usize = VISIBLE * (VISIBLE + 1) / 2;
+
+/// How residuals weigh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Weighting {
+    /// By a kernel at the current residual.
+    Kernel(Kernel),
+    /// All alike; for the covariance under a kernel.
+    Uniform(f64),
+}
+
+impl Weighting {
+    #[inline]
+    fn weight(self, r: f64) -> f64 {
+        match self {
+            Weighting::Kernel(kernel) => kernel.weight(r),
+            Weighting::Uniform(weight) => weight,
+        }
+    }
+
+    fn kernel(self) -> Kernel {
+        match self {
+            Weighting::Kernel(kernel) => kernel,
+            Weighting::Uniform(_) => Kernel::LeastSquares,
+        }
+    }
+}
+
+/// Sums over residuals, in sigmas.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Tally {
+    /// Sum of `rho`.
+    pub cost: f64,
+    /// Conditions that took part.
+    pub conditions: usize,
+    /// Sum of `weight r^2`.
+    pub omega: f64,
+    /// Sum of `psi^2`.
+    pub influence_square: f64,
+    /// Sum of `psi'`.
+    pub slope: f64,
+}
+
+impl Tally {
+    pub(super) fn add(&mut self, other: &Tally) {
+        self.cost += other.cost;
+        self.conditions += other.conditions;
+        self.omega += other.omega;
+        self.influence_square += other.influence_square;
+        self.slope += other.slope;
+    }
+
+    #[inline]
+    fn count(&mut self, kernel: Kernel, r: f64, weight: f64) {
+        self.conditions += 1;
+        self.omega += weight * r * r;
+        if kernel.is_least_squares() {
+            self.cost += 0.5 * r * r;
+            return;
+        }
+        self.cost += kernel.rho(r);
+        self.influence_square += kernel.influence(r).powi(2);
+        self.slope += kernel.slope(r);
+    }
+}
+
+/// A linearised condition with its weight, as a pass sees it.
+pub(super) struct Weighted<'r> {
+    /// Index in its set.
+    pub condition: usize,
+    /// The linearised condition.
+    pub row: &'r Row,
+    /// Its variance with the variance component of its group.
+    pub variance: f64,
+    /// Kernel weight over variance.
+    pub weight: f64,
+}
+
+/// Where the conditions of a pass are linearised and how they weigh.
+#[derive(Clone, Copy)]
+pub(super) struct Pass<'a> {
+    pub problem: &'a Problem<'a>,
+    pub at: &'a Estimate,
+    pub weighting: Weighting,
+}
+
+impl Pass<'_> {
+    /// Linearises the conditions `range` of a set, in order, and hands each one that takes part to `visit`.
+    pub(super) fn visit(
+        &self,
+        set: usize,
+        range: Range<usize>,
+        mut visit: impl FnMut(&Weighted),
+    ) -> Result<Tally, AdjustError> {
+        let mut rows = [Row::default(); ROWS];
+        let mut tally = Tally::default();
+        let source = &self.problem.sources[set];
+        for start in range.clone().step_by(ROWS) {
+            let chunk = start..(start + ROWS).min(range.end);
+            let rows = &mut rows[..chunk.len()];
+            source.conditions.linearise_range(
+                chunk.clone(),
+                &self.at.parameters,
+                self.at.chain.as_ref(),
+                rows,
+            );
+            for (condition, row) in chunk.zip(rows) {
+                if source.takes_part(condition) {
+                    visit(&self.weigh(set, condition, row, &mut tally)?);
+                }
+            }
+        }
+        Ok(tally)
+    }
+
+    #[inline]
+    fn weigh<'r>(
+        &self,
+        set: usize,
+        condition: usize,
+        row: &'r Row,
+        tally: &mut Tally,
+    ) -> Result<Weighted<'r>, AdjustError> {
+        let mut variance = row.variance;
+        if !self.problem.components.is_empty() {
+            variance *= self
+                .problem
+                .component(self.problem.sources[set].conditions.group(condition));
+        }
+        let r = row.misclosure / variance.sqrt();
+        if !(r.is_finite() && variance > 0.0) {
+            return Err(fault(set, condition, row.misclosure, variance));
+        }
+        let kernel_weight = self.weighting.weight(r);
+        tally.count(self.weighting.kernel(), r, kernel_weight);
+        Ok(Weighted {
+            condition,
+            row,
+            variance,
+            weight: kernel_weight / variance,
+        })
+    }
+}
+
+fn fault(set: usize, condition: usize, misclosure: f64, variance: f64) -> AdjustError {
+    if !misclosure.is_finite() {
+        return AdjustError::NotFinite {
+            set,
+            condition,
+            what: "misclosure",
+            found: misclosure,
+        };
+    }
+    AdjustError::BadVariance {
+        set,
+        condition,
+        found: variance,
+    }
+}
+
+/// Normal equations of the parameters over all columns, the misclosure as one more column; upper triangle.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Normal {
+    /// Columns, misclosure included.
+    pub width: usize,
+    /// Upper triangle by rows, `width` squared with the lower part unused.
+    pub values: Vec<f64>,
+}
+
+impl Normal {
+    pub(super) fn zero(columns: usize) -> Self {
+        let width = columns + 1;
+        Normal {
+            width,
+            values: vec![0.0; width * width],
+        }
+    }
+
+    pub(super) fn add(&mut self, other: &Normal) {
+        self.values
+            .iter_mut()
+            .zip(&other.values)
+            .for_each(|(a, b)| *a += b);
+    }
+
+    /// Entry of the symmetric matrix.
+    pub(super) fn at(&self, i: usize, j: usize) -> f64 {
+        self.values[i.min(j) * self.width + i.max(j)]
+    }
+
+    /// Adds a block of sums over the columns `columns`, the misclosure last in it.
+    fn scatter(&mut self, columns: &[usize], sums: &[[f64; WIDE]]) {
+        for (i, &a) in columns.iter().enumerate() {
+            for (j, &b) in columns.iter().enumerate().skip(i) {
+                self.values[a.min(b) * self.width + a.max(b)] += sums[i][j];
+            }
+        }
+    }
+
+    /// Adds one whitened row with its residual.
+    pub(super) fn add_row(&mut self, first: usize, derivatives: &[f64], residual: f64) {
+        let last = self.width - 1;
+        for (i, a) in derivatives.iter().enumerate() {
+            for (j, b) in derivatives.iter().enumerate().skip(i) {
+                self.values[(first + i) * self.width + first + j] += a * b;
+            }
+            self.values[(first + i) * self.width + last] += a * residual;
+        }
+        self.values[last * self.width + last] += residual * residual;
+    }
+}
+
+/// Widest compact row: the columns of a condition and its misclosure, in whole vectors of four.
+const WIDE: usize = (super::condition::MAX_COLUMNS + 1).next_multiple_of(4);
+
+/// Sums over a run of conditions with the same columns (and the same interval), kept compact and scattered when the run ends.
+pub(super) struct Run {
+    columns: Vec<usize>,
+    interval: Option<u32>,
+    /// Columns and misclosure in whole vectors of four.
+    quads: usize,
+    normal: [[f64; WIDE]; WIDE],
+    /// Visible quantities times columns, for the interval's first and second epoch.
+    border: [[[f64; WIDE]; VISIBLE]; 2],
+    /// Pairs of visible quantities: first epoch, first with second, second.
+    pairs: [[f64; PAIRS]; 3],
+}
+
+impl Run {
+    pub(super) fn new() -> Self {
+        Run {
+            columns: Vec::with_capacity(WIDE),
+            interval: None,
+            quads: 0,
+            normal: [[0.0; WIDE]; WIDE],
+            border: [[[0.0; WIDE]; VISIBLE]; 2],
+            pairs: [[0.0; PAIRS]; 3],
+        }
+    }
+
+    /// Whether a row belongs to this run.
+    #[inline]
+    pub(super) fn takes(&self, row: &Row) -> bool {
+        let columns = row.columns();
+        let interval = row.chain.as_ref().map(|chain| chain.interval);
+        self.columns.len() == columns.len() + 1
+            && self.interval == interval
+            && self
+                .columns
+                .iter()
+                .zip(columns)
+                .all(|(a, b)| *a == usize::from(*b))
+    }
+
+    /// Starts a run with the columns of `row`; `last` is the column of the misclosure.
+    pub(super) fn start(&mut self, row: &Row, last: usize) {
+        self.columns.clear();
+        self.columns
+            .extend(row.columns().iter().map(|column| usize::from(*column)));
+        self.columns.push(last);
+        self.interval = row.chain.map(|chain| chain.interval);
+        self.quads = self.columns.len().div_ceil(4);
+        self.normal[..self.columns.len()].fill([0.0; WIDE]);
+        if self.interval.is_some() {
+            self.border = [[[0.0; WIDE]; VISIBLE]; 2];
+            self.pairs = [[0.0; PAIRS]; 3];
+        }
+    }
+
+    /// Adds a row of this run.
+    #[inline]
+    pub(super) fn add(&mut self, weighted: &Weighted) {
+        let mut a = [0.0; WIDE];
+        let values = weighted.row.values();
+        a[..values.len()].copy_from_slice(values);
+        a[values.len()] = weighted.row.misclosure;
+        for i in 0..self.columns.len() {
+            axpy_from(
+                i / 4,
+                self.quads,
+                weighted.weight * a[i],
+                &a,
+                &mut self.normal[i],
+            );
+        }
+        if let Some(chain) = &weighted.row.chain {
+            self.add_chain(chain, weighted.weight, &a);
+        }
+    }
+
+    #[inline]
+    fn add_chain(&mut self, chain: &ChainRow, weight: f64, a: &[f64; WIDE]) {
+        for i in 0..VISIBLE {
+            let scaled = weight * chain.visible[i];
+            axpy_from(
+                0,
+                self.quads,
+                scaled * chain.weight0,
+                a,
+                &mut self.border[0][i],
+            );
+            axpy_from(
+                0,
+                self.quads,
+                scaled * chain.weight1,
+                a,
+                &mut self.border[1][i],
+            );
+        }
+        let products = upper_products(&chain.visible);
+        let (w0, w1) = (chain.weight0, chain.weight1);
+        for (sums, factor) in self.pairs.iter_mut().zip([w0 * w0, w0 * w1, w1 * w1]) {
+            sums.iter_mut()
+                .zip(&products)
+                .for_each(|(sum, product)| *sum += weight * factor * product);
+        }
+    }
+
+    /// Scatters the sums and forgets them.
+    pub(super) fn flush(&mut self, normal: &mut Normal, mut window: Option<&mut Window>) {
+        if self.columns.is_empty() {
+            return;
+        }
+        normal.scatter(&self.columns, &self.normal);
+        if let (Some(interval), Some(window)) = (self.interval, window.as_deref_mut()) {
+            window.scatter(interval as usize, &self.columns, &self.border, &self.pairs);
+        }
+        self.columns.clear();
+    }
+}
+
+/// `y += s x` over vectors of four, from vector `from` on.
+#[inline(always)]
+fn axpy_from(from: usize, to: usize, s: f64, x: &[f64; WIDE], y: &mut [f64; WIDE]) {
+    let (x, y) = (x.as_chunks::<4>().0, y.as_chunks_mut::<4>().0);
+    for (x, y) in x[from..to].iter().zip(&mut y[from..to]) {
+        for (x, y) in x.iter().zip(y) {
+            *y += s * x;
+        }
+    }
+}
+
+#[inline]
+fn upper_products(v: &[f64; VISIBLE]) -> [f64; PAIRS] {
+    let mut products = [0.0; PAIRS];
+    let mut k = 0;
+    for i in 0..VISIBLE {
+        for j in i..VISIBLE {
+            products[k] = v[i] * v[j];
+            k += 1;
+        }
+    }
+    products
+}
+
+/// Sums over the intervals of a stretch of epochs, in visible quantities. It has one epoch more than intervals; that last epoch
+/// is the first of the next window.
+pub(super) struct Window {
+    /// Intervals covered.
+    pub intervals: Range<usize>,
+    width: usize,
+    border: Vec<f64>,
+    own: Vec<[f64; PAIRS]>,
+    next: Vec<[f64; PAIRS]>,
+}
+
+impl Window {
+    pub(super) fn zero(intervals: Range<usize>, width: usize) -> Self {
+        let epochs = intervals.len() + 1;
+        Window {
+            width,
+            border: vec![0.0; epochs * VISIBLE * width],
+            own: vec![[0.0; PAIRS]; epochs],
+            next: vec![[0.0; PAIRS]; intervals.len()],
+            intervals,
+        }
+    }
+
+    fn scatter(
+        &mut self,
+        interval: usize,
+        columns: &[usize],
+        border: &[[[f64; WIDE]; VISIBLE]; 2],
+        pairs: &[[f64; PAIRS]; 3],
+    ) {
+        let local = interval - self.intervals.start;
+        add_pairs(&mut self.own[local], &pairs[0]);
+        add_pairs(&mut self.next[local], &pairs[1]);
+        add_pairs(&mut self.own[local + 1], &pairs[2]);
+        for (i, sums) in border.iter().flatten().enumerate() {
+            let row = &mut self.border[(local * VISIBLE + i) * self.width..][..self.width];
+            columns
+                .iter()
+                .zip(sums)
+                .for_each(|(column, sum)| row[*column] += sum);
+        }
+    }
+
+    /// A window of no interval and one epoch: what this window leaves at the epoch it shares with the next.
+    pub(super) fn last_epoch(&self) -> Window {
+        let epoch = self.intervals.len();
+        Window {
+            intervals: self.intervals.end..self.intervals.end,
+            width: self.width,
+            border: self.border[epoch * VISIBLE * self.width..].to_vec(),
+            own: vec![self.own[epoch]],
+            next: Vec::new(),
+        }
+    }
+
+    /// Adds what the window before left at the shared epoch.
+    pub(super) fn take_over(&mut self, spill: &Window) {
+        add_pairs(&mut self.own[0], &spill.own[0]);
+        self.border
+            .iter_mut()
+            .zip(&spill.border)
+            .for_each(|(a, b)| *a += b);
+    }
+
+    /// Border of a local epoch: visible quantity `i` times all columns and the misclosure.
+    #[inline]
+    pub(super) fn border(&self, local: usize, i: usize) -> &[f64] {
+        &self.border[(local * VISIBLE + i) * self.width..][..self.width]
+    }
+
+    /// Sum of pairs at a local epoch.
+    #[inline]
+    pub(super) fn own(&self, local: usize) -> &[f64; PAIRS] {
+        &self.own[local]
+    }
+
+    /// Sum of pairs between a local epoch and the next.
+    #[inline]
+    pub(super) fn next(&self, local: usize) -> &[f64; PAIRS] {
+        &self.next[local]
+    }
+}
+
+fn add_pairs(a: &mut [f64; PAIRS], b: &[f64; PAIRS]) {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+}
+
+/// Place of the pair `(i, j)` of visible quantities.
+#[inline]
+pub(super) fn pair(i: usize, j: usize) -> usize {
+    let (i, j) = (i.min(j), i.max(j));
+    i * VISIBLE - i * (i + 1) / 2 + j
+}

@@ -1,0 +1,270 @@
+//! The reduced system of the parameters in its own axes.
+//!
+//! Columns are scaled to unit length and the system is rotated to its singular axes: `min |Sigma V^T y + c|^2`, `y = scale x`.
+//! Damped steps, covariance, rank and weak directions are then one-liners.
+
+use nalgebra::DMatrix;
+
+use super::error::AdjustError;
+
+/// A linear least-squares system in its singular axes.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Spectrum {
+    /// Length of each column before scaling (one where it was zero).
+    pub scale: Vec<f64>,
+    /// Right singular vectors by columns, in scaled parameters.
+    pub axes: DMatrix<f64>,
+    /// Singular values beside the axes.
+    pub singular: Vec<f64>,
+    /// Right-hand side along the axes; zero where the axis is undetermined.
+    pub coefficients: Vec<f64>,
+    /// Singular values not above this are zero to rounding.
+    pub threshold: f64,
+}
+
+impl Spectrum {
+    /// From the triangular factor `[R z]` of a whitened Jacobian with its residuals.
+    pub(super) fn of_root(r: &DMatrix<f64>, z: &[f64]) -> Result<Self, AdjustError> {
+        let n = r.ncols();
+        let scale: Vec<f64> = (0..n).map(|j| non_zero(r.column(j).norm())).collect();
+        let scaled = DMatrix::from_fn(r.nrows(), n, |i, j| r[(i, j)] / scale[j]);
+        let svd = jacobi(scaled)?;
+        let threshold = 10.0 * n as f64 * f64::EPSILON * largest(&svd.singular);
+        let z = DMatrix::from_column_slice(z.len(), 1, z);
+        let along = svd.stretched.tr_mul(&z);
+        let coefficient = |i: usize| {
+            if svd.singular[i] > threshold {
+                along[i] / svd.singular[i]
+            } else {
+                0.0
+            }
+        };
+        let coefficients = (0..n).map(coefficient).collect();
+        Ok(Spectrum {
+            scale,
+            axes: svd.axes,
+            singular: svd.singular,
+            coefficients,
+            threshold,
+        })
+    }
+
+    /// From a normal matrix and gradient; `cancelled[j]` is the diagonal before elimination, which tells how many digits the
+    /// elimination has cost.
+    pub(super) fn of_normal(
+        normal: &DMatrix<f64>,
+        gradient: &[f64],
+        cancelled: &[f64],
+    ) -> Result<Self, AdjustError> {
+        let n = normal.ncols();
+        let scale: Vec<f64> = (0..n)
+            .map(|j| non_zero(normal[(j, j)].max(0.0).sqrt()))
+            .collect();
+        let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] / (scale[i] * scale[j]));
+        let eigen = jacobi(scaled)?;
+        let loss = (0..n)
+            .map(|j| cancelled[j] / (scale[j] * scale[j]))
+            .fold(1.0, f64::max);
+        let threshold = (10.0 * n as f64 * f64::EPSILON * loss * largest(&eigen.singular)).sqrt();
+        let singular: Vec<f64> = eigen.singular.iter().map(|value| value.sqrt()).collect();
+        let gradient = DMatrix::from_fn(n, 1, |j, _| gradient[j] / scale[j]);
+        let along = eigen.axes.tr_mul(&gradient);
+        let coefficient = |i: usize| {
+            if singular[i] > threshold {
+                along[i] / singular[i]
+            } else {
+                0.0
+            }
+        };
+        let coefficients = (0..n).map(coefficient).collect();
+        Ok(Spectrum {
+            scale,
+            axes: eigen.axes,
+            singular,
+            coefficients,
+            threshold,
+        })
+    }
+
+    /// Number of free columns.
+    pub(super) fn size(&self) -> usize {
+        self.scale.len()
+    }
+
+    /// Levenberg-Marquardt step: minimises `|J x + r|^2 + damping |scale x|^2`. Undetermined axes do not move.
+    pub(super) fn step(&self, damping: f64) -> Vec<f64> {
+        let along = |i: usize| match self.singular[i] {
+            s if s > self.threshold => -s * self.coefficients[i] / (s * s + damping),
+            _ => 0.0,
+        };
+        self.unscaled(&(0..self.size()).map(along).collect::<Vec<_>>())
+    }
+
+    /// Fall of `|J x + r|^2 / 2` that the linear model promises for this damping.
+    pub(super) fn promise(&self, damping: f64) -> f64 {
+        let kept = |s: f64| damping / (s * s + damping);
+        let fall = |(s, c): (&f64, &f64)| {
+            if *s > self.threshold {
+                0.5 * c * c * (1.0 - kept(*s).powi(2))
+            } else {
+                0.0
+            }
+        };
+        self.singular.iter().zip(&self.coefficients).map(fall).sum()
+    }
+
+    /// Cofactors of the free columns. Undetermined axes enter with the variance of the threshold: huge, not missing.
+    pub(super) fn cofactor(&self) -> DMatrix<f64> {
+        let n = self.size();
+        let floor = self.threshold.max(f64::MIN_POSITIVE.sqrt());
+        let half = DMatrix::from_fn(n, n, |j, i| {
+            self.axes[(j, i)] / (self.singular[i].max(floor) * self.scale[j])
+        });
+        &half * half.transpose()
+    }
+
+    /// Axes that are undetermined, in scaled parameters.
+    pub(super) fn undetermined(&self) -> Vec<Vec<f64>> {
+        let axes = (0..self.size()).filter(|&i| self.singular[i] <= self.threshold);
+        axes.map(|i| self.axes.column(i).iter().copied().collect())
+            .collect()
+    }
+
+    fn unscaled(&self, along: &[f64]) -> Vec<f64> {
+        let y = &self.axes * DMatrix::from_column_slice(along.len(), 1, along);
+        y.iter()
+            .zip(&self.scale)
+            .map(|(y, scale)| y / scale)
+            .collect()
+    }
+}
+
+fn non_zero(length: f64) -> f64 {
+    if length > 0.0 { length } else { 1.0 }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(0.0, f64::max)
+}
+
+/// `A V = U Sigma` with orthogonal `V`.
+struct Jacobi {
+    stretched: DMatrix<f64>,
+    axes: DMatrix<f64>,
+    singular: Vec<f64>,
+}
+
+/// One-sided Jacobi (Hestenes) singular value decomposition: small singular values keep their relative digits under column
+/// scaling (Demmel & Veselić, "Jacobi's method is more accurate than QR", 1992).
+fn jacobi(mut a: DMatrix<f64>) -> Result<Jacobi, AdjustError> {
+    let n = a.ncols();
+    let mut axes = DMatrix::identity(n, n);
+    for _ in 0..60 {
+        if !sweep(&mut a, &mut axes) {
+            let singular = (0..n).map(|j| a.column(j).norm()).collect();
+            return Ok(Jacobi {
+                stretched: a,
+                axes,
+                singular,
+            });
+        }
+    }
+    Err(AdjustError::NoDecomposition { size: n })
+}
+
+/// Rotates every pair of columns once; whether any was not yet orthogonal.
+fn sweep(a: &mut DMatrix<f64>, axes: &mut DMatrix<f64>) -> bool {
+    let mut rotated = false;
+    for p in 0..a.ncols() {
+        for q in p + 1..a.ncols() {
+            let (pp, qq, pq) = (
+                a.column(p).norm_squared(),
+                a.column(q).norm_squared(),
+                a.column(p).dot(&a.column(q)),
+            );
+            if pq.abs() <= 1e-15 * (pp * qq).sqrt() || pq.abs() < f64::MIN_POSITIVE {
+                continue;
+            }
+            rotated = true;
+            let zeta = (qq - pp) / (2.0 * pq);
+            let t = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
+            rotate(a, p, q, t);
+            rotate(axes, p, q, t);
+        }
+    }
+    rotated
+}
+
+fn rotate(m: &mut DMatrix<f64>, p: usize, q: usize, t: f64) {
+    let c = 1.0 / t.hypot(1.0);
+    for i in 0..m.nrows() {
+        let (x, y) = (m[(i, p)], m[(i, q)]);
+        m[(i, p)] = c * (x - t * y);
+        m[(i, q)] = c * (y + t * x);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn example() -> (DMatrix<f64>, Vec<f64>) {
+        let j = DMatrix::from_row_slice(
+            4,
+            3,
+            &[
+                1.0, 2e3, 0.1, -0.5, 1e3, 0.3, 2.0, -3e3, 0.2, 0.7, 500.0, -0.4,
+            ],
+        );
+        (j, vec![0.3, -1.0, 0.5, 2.0])
+    }
+
+    #[test]
+    fn root_and_normal_agree_with_the_textbook() {
+        let (j, r) = example();
+        let rhs = DMatrix::from_column_slice(4, 1, &r);
+        let normal = j.tr_mul(&j);
+        let inverse = normal.clone().try_inverse().unwrap();
+        let expected = -(&inverse * j.tr_mul(&rhs));
+        let gradient: Vec<f64> = j.tr_mul(&rhs).iter().copied().collect();
+        let diagonal: Vec<f64> = normal.diagonal().iter().copied().collect();
+        for spectrum in [
+            Spectrum::of_root(&j, &r).unwrap(),
+            Spectrum::of_normal(&normal, &gradient, &diagonal).unwrap(),
+        ] {
+            for (found, expected) in spectrum.step(0.0).iter().zip(expected.iter()) {
+                assert_relative_eq!(found, expected, max_relative = 1e-11);
+            }
+            assert_relative_eq!(spectrum.cofactor(), inverse, max_relative = 1e-10);
+            let fall = 0.5 * (rhs.norm_squared() - (&j * &expected + &rhs).norm_squared());
+            assert_relative_eq!(spectrum.promise(0.0), fall, max_relative = 1e-11);
+        }
+    }
+
+    #[test]
+    fn damped_step_solves_the_damped_normal_equations() {
+        let (j, r) = example();
+        let spectrum = Spectrum::of_root(&j, &r).unwrap();
+        let mut normal = j.tr_mul(&j);
+        for i in 0..3 {
+            normal[(i, i)] *= 1.5;
+        }
+        let expected =
+            -(normal.try_inverse().unwrap() * j.tr_mul(&DMatrix::from_column_slice(4, 1, &r)));
+        for (found, expected) in spectrum.step(0.5).iter().zip(expected.iter()) {
+            assert_relative_eq!(found, expected, max_relative = 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_missing_direction_is_named_and_does_not_move() {
+        let j = DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 2.0, 4.0, -1.0, -2.0]);
+        let spectrum = Spectrum::of_root(&j, &[1.0, 1.0, 1.0]).unwrap();
+        let missing = spectrum.undetermined();
+        assert_eq!(missing.len(), 1);
+        assert_relative_eq!(missing[0][0] * missing[0][1], -0.5, epsilon = 1e-12);
+        assert!(spectrum.step(0.0).iter().all(|x| x.abs() < 1.0));
+        assert!(spectrum.cofactor()[(0, 0)] > 1e20);
+    }
+}
