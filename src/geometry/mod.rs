@@ -6,7 +6,9 @@ pub mod plane;
 pub mod ransac;
 pub mod robust_plane;
 pub mod rotation;
+pub mod utm;
 
 pub use ellipsoid::{Ellipsoid, Geodetic};
 pub use frames::{Body, Ecef, Level, Point, Pose, Rotation, Scanner, Sonar, Target};
 pub use plane::{Plane, PlaneError, PlaneFit, PlaneMoments};
+pub use utm::{Utm, UtmError};

@@ -23,6 +23,17 @@ pub struct BeamPartials {
 }
 
 impl Beam {
+    /// The beam whose vector is `u_m` (metres, sensor frame): the inverse of [`Self::vector_m`].
+    #[must_use]
+    pub fn from_vector(u_m: &Vector3<f64>) -> Self {
+        let flat = u_m.x.hypot(u_m.z);
+        Self {
+            range_m: flat.hypot(u_m.y),
+            across_rad: u_m.x.atan2(-u_m.z),
+            along_rad: u_m.y.atan2(flat),
+        }
+    }
+
     /// `u = r (sin a cos c, sin c, -cos a cos c)`.
     #[must_use]
     pub fn vector_m(&self) -> Vector3<f64> {
@@ -70,6 +81,21 @@ mod tests {
             };
             let difference = (shifted(1.0).vector_m() - shifted(-1.0).vector_m()) / (2.0 * step);
             assert!((difference - partials.jacobian.column(column)).norm() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn a_beam_returns_from_its_vector() {
+        for (across_rad, along_rad) in [(0.0, 0.0), (1.1, -0.3), (-2.0, 0.4), (1.8, 0.0)] {
+            let beam = Beam {
+                range_m: 8.0,
+                across_rad,
+                along_rad,
+            };
+            let back = Beam::from_vector(&beam.vector_m());
+            assert!((back.range_m - 8.0).abs() < 1e-14);
+            assert!((back.across_rad - across_rad).abs() < 1e-15);
+            assert!((back.along_rad - along_rad).abs() < 1e-15);
         }
     }
 

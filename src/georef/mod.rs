@@ -3,7 +3,11 @@
 pub mod beam;
 pub mod equation;
 pub mod localise;
+pub mod rays;
+pub mod refraction;
 
 pub use beam::{Beam, BeamPartials};
 pub use equation::{NormalPartials, along_normal, georeference};
 pub use localise::{Localised, local_trajectory};
+pub use rays::{Layers, RayEnd, RayError};
+pub use refraction::{Launch, Water};
