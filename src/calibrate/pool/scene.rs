@@ -4,11 +4,10 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
 use rayon::prelude::*;
 
 use crate::geometry::ellipsoid::TargetPose;
-use crate::georef::{Beam, georeference, local_trajectory};
+use crate::georef::refraction::{Launch, Water as Refraction};
+use crate::georef::{Beam, RayError, georeference, local_trajectory};
 use crate::matching::{Movable, Patches, Registration, Sight, Water, register};
-use crate::observe::{
-    Campaign, LaserCoordinates, Mounting, PoseSample, SoundSpeed, SoundingRange, Trajectory,
-};
+use crate::observe::{Campaign, LaserCoordinates, Mounting, PoseSample, SoundingRange, Trajectory};
 use crate::target::Target;
 
 /// What the surveyor is expected to know beforehand about the target: one sigma of origin (metres) and azimuth (radians).
@@ -36,8 +35,8 @@ pub struct Scene<'a> {
     pub trajectory: Trajectory,
     /// Rotation from the frame of already georeferenced laser points into the target frame, and the shift after it.
     laser_frame: Option<(Matrix3<f64>, Vector3<f64>)>,
-    /// Ranges in metres, where the soundings gave travel times and one sound speed.
-    converted: Option<Vec<f64>>,
+    /// The water that travel times go through.
+    water: Option<Refraction>,
     /// Share of the sampled laser points near the target that lie on its faces.
     pub laser_fit: f64,
     /// What the reader of a report should know about the preparation.
@@ -46,8 +45,16 @@ pub struct Scene<'a> {
 
 impl<'a> Scene<'a> {
     /// Localises the trajectory, refines the target's pose from the laser points, converts travel times.
-    #[must_use]
-    pub fn prepare(campaign: &'a Campaign, target: &'a Target, prior: &TargetPose) -> Self {
+    ///
+    /// # Errors
+    /// [`RayError`] when the sound speed or its profile cannot be used.
+    pub fn prepare(
+        campaign: &'a Campaign,
+        target: &'a Target,
+        prior: &TargetPose,
+    ) -> Result<Self, RayError> {
+        let refraction = |speed| Refraction::new(speed, campaign.water_level_m);
+        let water = campaign.sound_speed.as_ref().map(refraction).transpose()?;
         let local = local_trajectory(&campaign.trajectory, prior);
         let mut scene = Self {
             campaign,
@@ -57,12 +64,12 @@ impl<'a> Scene<'a> {
             azimuth_shift_rad: 0.0,
             trajectory: local.trajectory,
             laser_frame: laser_frame(campaign.laser.coordinates, prior),
-            converted: converted_ranges(campaign),
+            water,
             laser_fit: 0.0,
             notes: local.note.into_iter().collect(),
         };
         scene.refine_pose();
-        scene
+        Ok(scene)
     }
 
     /// Registers a sample of the laser points against the design faces and moves everything into the refined frame.
@@ -154,20 +161,19 @@ impl<'a> Scene<'a> {
     pub fn beam(&self, k: usize, pose: &PoseSample, mounting: &Mounting) -> Option<Beam> {
         let s = &self.campaign.soundings;
         let (across_rad, along_rad) = (s.across_rad[k], s.along_rad[k]);
-        match (&s.range, &self.converted, &self.campaign.sound_speed) {
-            (SoundingRange::Metres(range), ..) => Some(Beam {
+        match &s.range {
+            SoundingRange::Metres(range) => Some(Beam {
                 range_m: range[k],
                 across_rad,
                 along_rad,
             }),
-            (_, Some(range), _) => Some(Beam {
-                range_m: range[k],
-                across_rad,
-                along_rad,
-            }),
-            _ => {
-                let _ = (pose, mounting);
-                None
+            SoundingRange::TwoWayTravelTime(time_s) => {
+                let launch = Launch {
+                    across_rad,
+                    along_rad,
+                    two_way_s: time_s[k],
+                };
+                self.water.as_ref()?.refract(&launch, pose, mounting).ok()
             }
         }
     }
@@ -340,15 +346,6 @@ fn laser_frame(
             let back = pose.ecef_from_target().inverse();
             Some((back.rotation.matrix, back.translation.coordinates))
         }
-    }
-}
-
-fn converted_ranges(campaign: &Campaign) -> Option<Vec<f64>> {
-    match (&campaign.soundings.range, &campaign.sound_speed) {
-        (SoundingRange::TwoWayTravelTime(time_s), Some(SoundSpeed::Constant(speed))) => {
-            Some(time_s.iter().map(|t| 0.5 * speed * t).collect())
-        }
-        _ => None,
     }
 }
 

@@ -13,9 +13,9 @@ use crate::observe::{LaserNoise, Mounting, SonarNoise, TrajectoryNoise};
 /// Rows per parallel task.
 const CHUNK: usize = 16_384;
 /// A tie keeps this many sigmas of its own position noise away from the edges of its face.
-const MARGIN_SIGMAS: f64 = 4.0;
+const MARGIN_SIGMAS: f64 = 3.0;
 /// But never less than this, metres.
-const LEAST_MARGIN_M: f64 = 0.03;
+const LEAST_MARGIN_M: f64 = 0.02;
 
 /// One observation on one face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
