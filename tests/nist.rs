@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use boresight::adjust::{
-    Block, BlockId, ChainState, Component, Conditions, Estimate, Options, ParameterSet, Problem, Row, Solution, Source,
-    Unit, solve,
+    Block, BlockId, ChainState, Component, Conditions, Estimate, Options, ParameterSet, Problem,
+    Row, Solution, Source, Unit, solve,
 };
 
 // ---- PROBLEM FILES
@@ -24,7 +24,9 @@ struct Case {
 }
 
 fn numbers(line: &str) -> Vec<f64> {
-    line.split_whitespace().filter_map(|word| word.parse().ok()).collect()
+    line.split_whitespace()
+        .filter_map(|word| word.parse().ok())
+        .collect()
 }
 
 fn read(path: &Path) -> Case {
@@ -36,9 +38,18 @@ fn read(path: &Path) -> Case {
         .filter(|values| values.len() == 4)
         .collect();
     let column = |i: usize| parameters.iter().map(|row| row[i]).collect::<Vec<_>>();
-    let after = |key: &str| text.lines().find_map(|line| line.strip_prefix(key)).unwrap();
+    let after = |key: &str| {
+        text.lines()
+            .find_map(|line| line.strip_prefix(key))
+            .unwrap()
+    };
     let count = numbers(after("Number of Observations:"))[0] as usize;
-    let data: Vec<Vec<f64>> = text.lines().skip(60).map(numbers).filter(|row| row.len() >= 2).collect();
+    let data: Vec<Vec<f64>> = text
+        .lines()
+        .skip(60)
+        .map(numbers)
+        .filter(|row| row.len() >= 2)
+        .collect();
     assert_eq!(data.len(), count, "{}", path.display());
     Case {
         name: path.file_stem().unwrap().to_string_lossy().into_owned(),
@@ -51,7 +62,10 @@ fn read(path: &Path) -> Case {
 }
 
 fn cases(folder: &Path) -> Vec<Case> {
-    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "dat"));
     paths.sort();
     paths.iter().map(|path| read(path)).collect()
@@ -161,7 +175,12 @@ fn gauss(b: &[f64], x: &[f64], d: &mut [f64]) -> f64 {
 fn rational(b: &[f64], x: &[f64], d: &mut [f64], above: usize) -> f64 {
     let powers: Vec<f64> = (0..above as i32).map(|power| x[0].powi(power)).collect();
     let over: f64 = b[..above].iter().zip(&powers).map(|(b, p)| b * p).sum();
-    let under = 1.0 + b[above..].iter().zip(&powers[1..]).map(|(b, p)| b * p).sum::<f64>();
+    let under = 1.0
+        + b[above..]
+            .iter()
+            .zip(&powers[1..])
+            .map(|(b, p)| b * p)
+            .sum::<f64>();
     (0..above).for_each(|i| d[i] = powers[i] / under);
     (1..above).for_each(|i| d[above + i - 1] = -over * powers[i] / (under * under));
     over / under
@@ -276,7 +295,11 @@ impl Conditions for Regression<'_> {
 
     fn linearise(&self, k: usize, x: &ParameterSet, _: Option<&ChainState>, row: &mut Row) {
         let data = &self.case.data[k];
-        let observed = if self.case.name == "Nelson" { data[0].ln() } else { data[0] };
+        let observed = if self.case.name == "Nelson" {
+            data[0].ln()
+        } else {
+            data[0]
+        };
         let parameters = x.euclidean(self.block);
         let mut derivatives = vec![0.0; parameters.len()];
         row.misclosure = (self.model)(parameters, &data[1..], &mut derivatives) - observed;
@@ -286,14 +309,27 @@ impl Conditions for Regression<'_> {
 }
 
 fn options() -> Options {
-    Options { max_iterations: 5000, step_tolerance_sigmas: 1e-8, unknown_noise: true, ..Options::default() }
+    Options {
+        max_iterations: 5000,
+        step_tolerance_sigmas: 1e-8,
+        unknown_noise: true,
+        ..Options::default()
+    }
 }
 
 fn regress(case: &Case, start: &[f64]) -> Solution {
-    let components = (1..=start.len()).map(|i| Component::new(format!("b{i}"), Unit::One)).collect();
+    let components = (1..=start.len())
+        .map(|i| Component::new(format!("b{i}"), Unit::One))
+        .collect();
     let mut parameters = ParameterSet::new();
-    let block = parameters.push(Block::euclidean("b", components, start)).unwrap();
-    let regression = Regression { case, model: model(&case.name), block };
+    let block = parameters
+        .push(Block::euclidean("b", components, start))
+        .unwrap();
+    let regression = Regression {
+        case,
+        model: model(&case.name),
+        block,
+    };
     let problem = Problem::dense(vec![Source::new(&regression)]);
     solve(&problem, Estimate::new(parameters), &options()).unwrap()
 }
@@ -307,7 +343,9 @@ fn digits(found: &[f64], certified: &[f64]) -> f64 {
 fn deviations(case: &Case, solution: &Solution) -> Vec<f64> {
     let (n, u) = (case.data.len(), case.certified.len());
     let variance_factor = 2.0 * solution.cost / (n - u) as f64;
-    (0..u).map(|j| (variance_factor * solution.cofactor[(j, j)]).sqrt()).collect()
+    (0..u)
+        .map(|j| (variance_factor * solution.cofactor[(j, j)]).sqrt())
+        .collect()
 }
 
 #[test]
@@ -323,10 +361,28 @@ fn all_27_from_both_starts() {
     for case in &cases {
         for (i, start) in case.starts.iter().enumerate() {
             let solution = regress(case, start);
-            let parameters = digits(&solution.estimate.parameters.blocks()[0].value, &case.certified);
+            let parameters = digits(
+                &solution.estimate.parameters.blocks()[0].value,
+                &case.certified,
+            );
             let deviations = digits(&deviations(case, &solution), &case.deviations);
             let sum = digits(&[2.0 * solution.cost], &[case.residual_sum]);
-            let (name, iterations, status) = (&case.name, solution.iterations.len(), &solution.status);
+            let (name, iterations, status) =
+                (&case.name, solution.iterations.len(), &solution.status);
+            if std::env::var("DBG").is_ok_and(|v| v == format!("{name}{}", i + 1)) {
+                println!(
+                    "{:?} {:?}",
+                    solution.estimate.parameters.blocks()[0].value,
+                    case.certified
+                );
+                let n = solution.iterations.len();
+                for r in solution.iterations[..20.min(n)]
+                    .iter()
+                    .chain(&solution.iterations[n.saturating_sub(15)..])
+                {
+                    println!("{r:?}");
+                }
+            }
             println!(
                 "{name:10} {:5} {iterations:11} {parameters:19.1} {deviations:11.1} {sum:13.1}  {status:?}",
                 i + 1
