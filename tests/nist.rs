@@ -369,6 +369,20 @@ fn all_27_from_both_starts() {
             let sum = digits(&[2.0 * solution.cost], &[case.residual_sum]);
             let (name, iterations, status) =
                 (&case.name, solution.iterations.len(), &solution.status);
+            if std::env::var("DBG").is_ok_and(|v| v == format!("{name}{}", i + 1)) {
+                println!(
+                    "{:?} {:?}",
+                    solution.estimate.parameters.blocks()[0].value,
+                    case.certified
+                );
+                let n = solution.iterations.len();
+                for r in solution.iterations[..20.min(n)]
+                    .iter()
+                    .chain(&solution.iterations[n.saturating_sub(15)..])
+                {
+                    println!("{r:?}");
+                }
+            }
             println!(
                 "{name:10} {:5} {iterations:11} {parameters:19.1} {deviations:11.1} {sum:13.1}  {status:?}",
                 i + 1

@@ -10,11 +10,11 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::accumulate::{Normal, Pass, Run, Tally, Weighting, Window};
-use super::chain::{ChainModel, ChainState};
+use super::chain::{ChainModel, ChainState, VISIBLE};
 use super::elimination::{Elimination, Factor};
 use super::error::AdjustError;
 use super::problem::{Estimate, Problem};
-use super::spectrum::Spectrum;
+use super::spectrum::{Reduced, Spectrum};
 
 /// Conditions up to which a problem without chain is solved by orthogonalisation.
 const QR_ROWS: usize = 20_000;
@@ -37,11 +37,73 @@ pub(super) struct Linearisation {
     /// Cost of the priors of parameters and states.
     pub prior_cost: f64,
     /// Reduced system over the free columns.
+    pub reduced: Reduced,
+    /// That system in its axes, each column scaled by its own length.
     pub spectrum: Spectrum,
     /// Fall of the cost by the states alone, parameters standing still.
     pub state_promise: f64,
     /// Factor of the chain.
     pub factor: Option<Factor>,
+}
+
+impl Linearisation {
+    fn new(
+        pass: &Pass,
+        reduced: Reduced,
+        tally: Tally,
+        prior_cost: f64,
+    ) -> Result<Self, AdjustError> {
+        if !reduced.is_finite() {
+            return Err(culprit(pass));
+        }
+        let spectrum = reduced.spectrum(&reduced.lengths())?;
+        let cost = tally.cost + prior_cost;
+        Ok(Linearisation {
+            cost,
+            tally,
+            prior_cost,
+            reduced,
+            spectrum,
+            state_promise: 0.0,
+            factor: None,
+        })
+    }
+}
+
+/// The first condition with a derivative that is not a number.
+fn culprit(pass: &Pass) -> AdjustError {
+    let what = "derivative";
+    for (set, source) in pass.problem.sources.iter().enumerate() {
+        let mut found = None;
+        let visited = pass.visit(set, 0..source.conditions.len(), |weighted| {
+            let visible = weighted
+                .row
+                .chain
+                .map_or([0.0; VISIBLE], |chain| chain.visible);
+            let bad = weighted
+                .row
+                .values()
+                .iter()
+                .chain(&visible)
+                .copied()
+                .find(|value| !value.is_finite());
+            found = found.or(bad.map(|found| (weighted.condition, found)));
+        });
+        if let (Ok(_), Some((condition, found))) = (visited, found) {
+            return AdjustError::NotFinite {
+                set,
+                condition,
+                what,
+                found,
+            };
+        }
+    }
+    AdjustError::NotFinite {
+        set: 0,
+        condition: 0,
+        what: "sum of derivatives",
+        found: f64::INFINITY,
+    }
 }
 
 /// Linearises a problem. `recycled` lends the memory of an old factor.
@@ -78,16 +140,12 @@ fn orthogonalised(pass: &Pass) -> Result<Linearisation, AdjustError> {
         root = triangle(stacked(&root, &rows));
     }
     let n = free.len();
-    let residual: Vec<f64> = root.column(n).iter().copied().collect();
-    let spectrum = Spectrum::of_root(&root.columns(0, n).into_owned(), &residual)?;
-    Ok(Linearisation {
-        cost: tally.cost + prior_cost,
-        tally,
-        prior_cost,
-        spectrum,
-        state_promise: 0.0,
-        factor: None,
-    })
+    let residuals: Vec<f64> = root.column(n).iter().copied().collect();
+    let reduced = Reduced::Root {
+        factor: root.columns(0, n).into_owned(),
+        residuals,
+    };
+    Linearisation::new(pass, reduced, tally, prior_cost)
 }
 
 /// Whitened Jacobian of a chunk with its residuals as last column, already triangular.
@@ -183,15 +241,7 @@ fn summed(pass: &Pass) -> Result<Linearisation, AdjustError> {
     let prior_cost = add_priors(pass.at, &mut normal)?;
     let free = pass.at.parameters.free_columns();
     let none = DMatrix::zeros(free.len() + 1, free.len() + 1);
-    let spectrum = reduce(&normal, &none, &free)?;
-    Ok(Linearisation {
-        cost: tally.cost + prior_cost,
-        tally,
-        prior_cost,
-        spectrum,
-        state_promise: 0.0,
-        factor: None,
-    })
+    Linearisation::new(pass, reduce(&normal, &none, &free), tally, prior_cost)
 }
 
 fn sum_without_chain(
@@ -244,11 +294,11 @@ fn add_priors(at: &Estimate, normal: &mut Normal) -> Result<f64, AdjustError> {
     Ok(cost)
 }
 
-/// Schur complement over the free columns, in its axes.
-fn reduce(normal: &Normal, loss: &DMatrix<f64>, free: &[usize]) -> Result<Spectrum, AdjustError> {
+/// Schur complement over the free columns.
+fn reduce(normal: &Normal, loss: &DMatrix<f64>, free: &[usize]) -> Reduced {
     let n = free.len();
     let rhs = normal.width - 1;
-    let schur = DMatrix::from_fn(n, n, |i, j| normal.at(free[i], free[j]) - loss[(i, j)]);
+    let matrix = DMatrix::from_fn(n, n, |i, j| normal.at(free[i], free[j]) - loss[(i, j)]);
     let gradient: Vec<f64> = (0..n)
         .map(|j| normal.at(free[j], rhs) - loss[(j, n)])
         .collect();
@@ -256,7 +306,11 @@ fn reduce(normal: &Normal, loss: &DMatrix<f64>, free: &[usize]) -> Result<Spectr
         .iter()
         .map(|column| normal.at(*column, *column))
         .collect();
-    Spectrum::of_normal(&schur, &gradient, &before)
+    Reduced::Normal {
+        matrix,
+        gradient,
+        before,
+    }
 }
 
 fn with_chain(
@@ -281,14 +335,11 @@ fn with_chain(
     let prior_cost = add_priors(pass.at, &mut normal)? + elimination.prior_cost;
     let (factor, loss) = elimination.finish();
     let state_promise = 0.5 * loss[(free.len(), free.len())];
-    let spectrum = reduce(&normal, &loss, &free)?;
+    let solved = Linearisation::new(pass, reduce(&normal, &loss, &free), tally, prior_cost)?;
     Ok(Linearisation {
-        cost: tally.cost + prior_cost,
-        tally,
-        prior_cost,
-        spectrum,
         state_promise,
         factor: Some(factor),
+        ..solved
     })
 }
 

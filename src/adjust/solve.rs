@@ -13,7 +13,7 @@ use super::problem::{Estimate, Problem};
 /// Damping above which a step is smaller than rounding.
 const LARGEST_DAMPING: f64 = 1e32;
 /// Promised fall of the cost, relative to the cost, that its own rounding can hide.
-const ROUNDING: f64 = 1e-11;
+const ROUNDING: f64 = 1e-14;
 
 /// How to solve.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,6 +121,8 @@ pub(super) struct Iteration<'a> {
     options: &'a Options,
     here: Estimate,
     linearisation: Linearisation,
+    /// Scale of the damping: the largest length each column has had (Moré 1978, eq. 6.3).
+    metric: Vec<f64>,
     damping: f64,
     growth: f64,
     pub(super) records: Vec<IterationRecord>,
@@ -152,22 +154,24 @@ impl<'a> Iteration<'a> {
             chain,
         };
         let linearisation = linearise(problem, &here, Weighting::Kernel(options.kernel), None)?;
-        let damping = options.initial_damping;
+        let metric = linearisation.reduced.lengths();
+        let (damping, growth, records) = (options.initial_damping, 2.0, Vec::new());
         Ok(Iteration {
             problem,
             options,
             here,
             linearisation,
+            metric,
             damping,
-            growth: 2.0,
-            records: Vec::new(),
+            growth,
+            records,
             status: None,
         })
     }
 
     /// One iteration: propose, judge, accept or damp.
     pub(super) fn advance(&mut self) -> Result<(), AdjustError> {
-        let step = self.propose();
+        let step = self.propose()?;
         self.status = self.ending(&step);
         if self.status.is_some() {
             return Ok(());
@@ -188,8 +192,8 @@ impl<'a> Iteration<'a> {
     }
 
     /// Damped step of the parameters, and of the states that follow.
-    fn propose(&self) -> Step {
-        let spectrum = &self.linearisation.spectrum;
+    fn propose(&self) -> Result<Step, AdjustError> {
+        let spectrum = self.linearisation.reduced.spectrum(&self.metric)?;
         let free = spectrum.step(self.damping);
         let states = match (self.problem.chain, &self.linearisation.factor) {
             (Some(model), Some(factor)) => factor.back_substitute(model, &free),
@@ -197,12 +201,12 @@ impl<'a> Iteration<'a> {
         };
         let promise = spectrum.promise(self.damping) + self.linearisation.state_promise;
         let sigmas = self.parameter_sigmas().max(self.state_sigmas(&states));
-        Step {
+        Ok(Step {
             parameters: self.spread(&free),
             states,
             promise,
             sigmas,
-        }
+        })
     }
 
     /// Largest undamped parameter step in its own standard deviation.
@@ -267,12 +271,17 @@ impl<'a> Iteration<'a> {
 
     /// Whether steps that the cost can no longer judge have stopped shrinking.
     fn is_at_the_floor(&self, step: &Step) -> bool {
-        let hidden = step.promise <= ROUNDING * self.linearisation.cost;
-        hidden
-            && self
-                .records
-                .last()
-                .is_some_and(|last| step.sigmas > 0.5 * last.step_sigmas)
+        let before = self
+            .records
+            .len()
+            .checked_sub(3)
+            .map(|i| self.records[i].step_sigmas);
+        self.hides(step) && before.is_some_and(|before| step.sigmas > 0.5 * before)
+    }
+
+    /// Whether the cost is too coarse to judge a step.
+    fn hides(&self, step: &Step) -> bool {
+        step.promise <= ROUNDING * self.linearisation.cost
     }
 
     fn settled(&self) -> Status {
@@ -300,7 +309,7 @@ impl<'a> Iteration<'a> {
     fn improves(&self, step: &Step, cost: f64) -> bool {
         let fall = self.linearisation.cost - cost;
         let noise = ROUNDING * self.linearisation.cost;
-        fall > 1e-4 * step.promise || (step.promise <= noise && fall.abs() <= noise)
+        fall > 1e-4 * step.promise || (self.hides(step) && fall.abs() <= noise)
     }
 
     /// Takes the step; the damping falls with the quality of the linear model (Nielsen 1999, eq. 2.5).
@@ -310,12 +319,21 @@ impl<'a> Iteration<'a> {
         trial: Estimate,
         there: Linearisation,
     ) -> Result<(), AdjustError> {
-        let gain = (self.linearisation.cost - there.cost) / step.promise;
+        let gain = match self.hides(step) {
+            true => 1.0,
+            false => (self.linearisation.cost - there.cost) / step.promise,
+        };
         self.record(step, there.cost, true);
-        self.damping *= (1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3)).max(0.1);
+        self.damping *= (1.0 - (2.0 * gain.clamp(0.0, 1.0) - 1.0).powi(3)).max(0.1);
         self.growth = 2.0;
         self.here = trial;
         self.linearisation = there;
+        let lengths = self.linearisation.reduced.lengths();
+        let lengths = self.linearisation.reduced.lengths();
+        self.metric
+            .iter_mut()
+            .zip(lengths)
+            .for_each(|(metric, length)| *metric = metric.max(length));
         Ok(())
     }
 

@@ -7,10 +7,72 @@ use nalgebra::DMatrix;
 
 use super::error::AdjustError;
 
+/// What a linearised problem leaves for the free columns.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Reduced {
+    /// Triangular factor of the whitened Jacobian, and the residuals in the same axes.
+    Root {
+        /// Factor, by rows of the rotated problem.
+        factor: DMatrix<f64>,
+        /// Residuals.
+        residuals: Vec<f64>,
+    },
+    /// Normal equations.
+    Normal {
+        /// Normal matrix, states eliminated.
+        matrix: DMatrix<f64>,
+        /// Gradient, states eliminated.
+        gradient: Vec<f64>,
+        /// Diagonal before elimination: tells how many digits the elimination has cost.
+        before: Vec<f64>,
+    },
+}
+
+impl Reduced {
+    /// Length of each column: the square root of its information.
+    pub(super) fn lengths(&self) -> Vec<f64> {
+        match self {
+            Reduced::Root { factor, .. } => {
+                factor.column_iter().map(|column| column.norm()).collect()
+            }
+            Reduced::Normal { matrix, .. } => matrix
+                .diagonal()
+                .iter()
+                .map(|d| d.max(0.0).sqrt())
+                .collect(),
+        }
+    }
+
+    /// Whether every number is finite.
+    pub(super) fn is_finite(&self) -> bool {
+        match self {
+            Reduced::Root { factor, residuals } => {
+                factor.iter().chain(residuals).all(|x| x.is_finite())
+            }
+            Reduced::Normal {
+                matrix, gradient, ..
+            } => matrix.iter().chain(gradient).all(|x| x.is_finite()),
+        }
+    }
+
+    /// The system in its axes, columns scaled by `scale` (zeros count as one).
+    pub(super) fn spectrum(&self, scale: &[f64]) -> Result<Spectrum, AdjustError> {
+        let scale = scale.iter().map(|length| non_zero(*length)).collect();
+        match self {
+            Reduced::Root { factor, residuals } => Spectrum::of_root(factor, residuals, scale),
+            Reduced::Normal {
+                matrix,
+                gradient,
+                before,
+            } => Spectrum::of_normal(matrix, gradient, before, scale),
+        }
+    }
+}
+
 /// A linear least-squares system in its singular axes.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Spectrum {
-    /// Length of each column before scaling (one where it was zero).
+    /// What each column was divided by.
     pub scale: Vec<f64>,
     /// Right singular vectors by columns, in scaled parameters.
     pub axes: DMatrix<f64>,
@@ -23,10 +85,8 @@ pub(super) struct Spectrum {
 }
 
 impl Spectrum {
-    /// From the triangular factor `[R z]` of a whitened Jacobian with its residuals.
-    pub(super) fn of_root(r: &DMatrix<f64>, z: &[f64]) -> Result<Self, AdjustError> {
+    fn of_root(r: &DMatrix<f64>, z: &[f64], scale: Vec<f64>) -> Result<Self, AdjustError> {
         let n = r.ncols();
-        let scale: Vec<f64> = (0..n).map(|j| non_zero(r.column(j).norm())).collect();
         let scaled = DMatrix::from_fn(r.nrows(), n, |i, j| r[(i, j)] / scale[j]);
         let svd = jacobi(scaled)?;
         let threshold = 10.0 * n as f64 * f64::EPSILON * largest(&svd.singular);
@@ -49,21 +109,17 @@ impl Spectrum {
         })
     }
 
-    /// From a normal matrix and gradient; `cancelled[j]` is the diagonal before elimination, which tells how many digits the
-    /// elimination has cost.
-    pub(super) fn of_normal(
+    fn of_normal(
         normal: &DMatrix<f64>,
         gradient: &[f64],
-        cancelled: &[f64],
+        before: &[f64],
+        scale: Vec<f64>,
     ) -> Result<Self, AdjustError> {
         let n = normal.ncols();
-        let scale: Vec<f64> = (0..n)
-            .map(|j| non_zero(normal[(j, j)].max(0.0).sqrt()))
-            .collect();
         let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] / (scale[i] * scale[j]));
         let eigen = jacobi(scaled)?;
         let loss = (0..n)
-            .map(|j| cancelled[j] / (scale[j] * scale[j]))
+            .map(|j| before[j] / (scale[j] * scale[j]))
             .fold(1.0, f64::max);
         let threshold = (10.0 * n as f64 * f64::EPSILON * loss * largest(&eigen.singular)).sqrt();
         let singular: Vec<f64> = eigen.singular.iter().map(|value| value.sqrt()).collect();
@@ -172,8 +228,9 @@ fn jacobi(mut a: DMatrix<f64>) -> Result<Jacobi, AdjustError> {
     Err(AdjustError::NoDecomposition { size: n })
 }
 
-/// Rotates every pair of columns once; whether any was not yet orthogonal.
+/// Rotates every pair of columns once; whether any was not yet orthogonal to rounding.
 fn sweep(a: &mut DMatrix<f64>, axes: &mut DMatrix<f64>) -> bool {
+    let tolerance = f64::EPSILON * a.nrows().max(8) as f64;
     let mut rotated = false;
     for p in 0..a.ncols() {
         for q in p + 1..a.ncols() {
@@ -182,7 +239,7 @@ fn sweep(a: &mut DMatrix<f64>, axes: &mut DMatrix<f64>) -> bool {
                 a.column(q).norm_squared(),
                 a.column(p).dot(&a.column(q)),
             );
-            if pq.abs() <= 1e-15 * (pp * qq).sqrt() || pq.abs() < f64::MIN_POSITIVE {
+            if pq.abs() <= tolerance * (pp * qq).sqrt() || pq.abs() < f64::MIN_POSITIVE {
                 continue;
             }
             rotated = true;
@@ -220,6 +277,11 @@ mod tests {
         (j, vec![0.3, -1.0, 0.5, 2.0])
     }
 
+    fn own(factor: DMatrix<f64>, residuals: Vec<f64>) -> Spectrum {
+        let reduced = Reduced::Root { factor, residuals };
+        reduced.spectrum(&reduced.lengths()).unwrap()
+    }
+
     #[test]
     fn root_and_normal_agree_with_the_textbook() {
         let (j, r) = example();
@@ -230,7 +292,7 @@ mod tests {
         let gradient: Vec<f64> = j.tr_mul(&rhs).iter().copied().collect();
         let diagonal: Vec<f64> = normal.diagonal().iter().copied().collect();
         for spectrum in [
-            Spectrum::of_root(&j, &r).unwrap(),
+            own(j.clone(), r.clone()),
             Spectrum::of_normal(&normal, &gradient, &diagonal).unwrap(),
         ] {
             for (found, expected) in spectrum.step(0.0).iter().zip(expected.iter()) {
@@ -245,7 +307,7 @@ mod tests {
     #[test]
     fn damped_step_solves_the_damped_normal_equations() {
         let (j, r) = example();
-        let spectrum = Spectrum::of_root(&j, &r).unwrap();
+        let spectrum = own(j.clone(), r.clone());
         let mut normal = j.tr_mul(&j);
         for i in 0..3 {
             normal[(i, i)] *= 1.5;
@@ -260,7 +322,7 @@ mod tests {
     #[test]
     fn a_missing_direction_is_named_and_does_not_move() {
         let j = DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 2.0, 4.0, -1.0, -2.0]);
-        let spectrum = Spectrum::of_root(&j, &[1.0, 1.0, 1.0]).unwrap();
+        let spectrum = own(j, vec![1.0; 3]);
         let missing = spectrum.undetermined();
         assert_eq!(missing.len(), 1);
         assert_relative_eq!(missing[0][0] * missing[0][1], -0.5, epsilon = 1e-12);
