@@ -296,3 +296,149 @@ pub fn fit(points_m: &[Vector3<f64>]) -> Result<PlaneFit, PlaneError> {
     points_m.iter().for_each(|p| moments.add(p));
     moments.fit()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats;
+    use rand::RngExt;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Points and values from tests/recipes/plane_fit.py (numpy's singular value decomposition).
+    const POINTS: [[f64; 3]; 12] = [
+        [431.5102, -1207.2153, 37.8064],
+        [431.3301, -1207.4173, 38.0955],
+        [431.4193, -1207.3481, 37.746],
+        [431.3257, -1207.4467, 37.917],
+        [431.3597, -1207.3982, 38.0058],
+        [431.3716, -1207.3662, 38.2052],
+        [431.6906, -1207.0456, 37.885],
+        [431.4591, -1207.2499, 37.7801],
+        [430.8712, -1207.8713, 37.8766],
+        [431.7188, -1207.018, 37.7804],
+        [431.2798, -1207.4782, 37.9114],
+        [431.0692, -1207.7094, 37.9921],
+    ];
+
+    fn points() -> Vec<Vector3<f64>> {
+        POINTS.iter().map(|p| Vector3::from(*p)).collect()
+    }
+
+    #[test]
+    fn agrees_with_numpy() {
+        let fit = fit(&points()).expect("a plane").towards(&-Vector3::x());
+        let normal = Vector3::new(-0.7197571229260822, 0.6941589109595875, 0.00964833314973616);
+        assert!((fit.plane.normal - normal).norm() < 1e-11);
+        assert!((fit.plane.offset_m - -1148.22754385098).abs() < 1e-8);
+        assert!((fit.sum_of_squares_m2 - 0.0017809212598075812).abs() < 1e-12);
+        assert!((fit.in_plane_m2[0] - 1.278879706267525).abs() < 1e-11);
+        assert!((fit.in_plane_m2[1] - 0.18862066080600237).abs() < 1e-11);
+        let summed: f64 = points()
+            .iter()
+            .map(|p| fit.plane.distance_m(p).powi(2))
+            .sum();
+        assert!((summed - fit.sum_of_squares_m2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn merged_moments_are_the_moments_of_all() {
+        let far = Vector3::new(-2.17e6, 4.38e6, 4.08e6);
+        let points: Vec<_> = points().iter().map(|p| p + far).collect();
+        let mut all = PlaneMoments::default();
+        points.iter().for_each(|p| all.add(p));
+        let mut parts = [PlaneMoments::default(); 4];
+        for (k, p) in points.iter().enumerate() {
+            parts[k * k % 3].add(p);
+        }
+        let mut merged = PlaneMoments::default();
+        parts.iter().for_each(|p| merged.merge(p));
+        assert_eq!(merged.count(), 12);
+        assert!((merged.scatter_m2() - all.scatter_m2()).norm() < 1e-8);
+        let (a, b) = (all.fit().expect("plane"), merged.fit().expect("plane"));
+        assert!(a.plane.normal.cross(&b.plane.normal).norm() < 1e-7);
+        assert!((a.sum_of_squares_m2 - 0.0017809212598075812).abs() < 1e-9);
+    }
+
+    #[test]
+    fn weights_count_as_repetitions() {
+        let (mut weighted, mut repeated) = (PlaneMoments::default(), PlaneMoments::default());
+        for (k, p) in points().iter().enumerate() {
+            weighted.add_weighted(p, (k % 3) as f64);
+            (0..k % 3).for_each(|_| repeated.add(p));
+        }
+        let (a, b) = (
+            weighted.fit().expect("plane"),
+            repeated.fit().expect("plane"),
+        );
+        assert!((a.plane.normal - b.plane.normal).norm() < 1e-12);
+        assert!((a.sum_of_squares_m2 - b.sum_of_squares_m2).abs() < 1e-14);
+    }
+
+    /// The reported covariance against the scatter of 4000 fits with fresh noise, thick enough for the noise's own share to show.
+    #[test]
+    fn covariance_is_the_scatter_of_repeated_fits() {
+        let (sigma, trials) = (0.035, 4000);
+        let mut random = stats::stream(3, 0);
+        let base: Vec<Vector3<f64>> = (0..30)
+            .map(|_| {
+                Vector3::new(
+                    0.0,
+                    random.random_range(-1.0..1.0),
+                    random.random_range(-0.3..0.3),
+                )
+            })
+            .collect();
+        let clean = fit(&base).expect("plane").towards(&-Vector3::x());
+        let (mut squares, mut claimed) = (Vector3::zeros(), Vector3::zeros());
+        for _ in 0..trials {
+            let noisy: Vec<_> = base
+                .iter()
+                .map(|p| {
+                    p + Vector3::from_fn(|_, _| {
+                        sigma * {
+                            let e: f64 = StandardNormal.sample(&mut random);
+                            e
+                        }
+                    })
+                })
+                .collect();
+            let fit = fit(&noisy).expect("plane").towards(&-Vector3::x());
+            let tilt = |k: usize| fit.plane.normal.dot(&clean.along[k]);
+            let offset = fit.plane.distance_m(&clean.centroid_m);
+            squares += Vector3::new(tilt(0).powi(2), tilt(1).powi(2), offset * offset);
+            claimed += fit.covariance(sigma).diagonal();
+        }
+        let ratio = squares.component_div(&claimed);
+        // chi-square with 4000 degrees of freedom: +- 7 % is three standard deviations
+        assert!(ratio.iter().all(|r| (r - 1.0).abs() < 0.07), "{ratio}");
+        let at = clean.sigma_at_m(&(clean.centroid_m + clean.along[1] * 3.0), sigma);
+        assert!(at > 3.0 * clean.covariance(sigma)[(1, 1)].sqrt());
+    }
+
+    #[test]
+    fn refuses_what_spans_no_plane() {
+        let line: Vec<_> = (0..20)
+            .map(|k| Vector3::new(1.0, 2.0, 0.5) * f64::from(k))
+            .collect();
+        assert!(matches!(
+            fit(&line),
+            Err(PlaneError::NoExtent { count: 20, .. })
+        ));
+        let mut random = stats::stream(4, 0);
+        let mut noise = || random.random_range(-0.02..0.02);
+        let fuzzy: Vec<_> = line
+            .iter()
+            .map(|p| p + Vector3::new(noise(), noise(), noise()))
+            .collect();
+        assert!(matches!(fit(&fuzzy), Err(PlaneError::NoExtent { .. })));
+        assert!(matches!(
+            fit(&[Vector3::zeros(); 5]),
+            Err(PlaneError::NoExtent { .. })
+        ));
+        assert_eq!(fit(&line[..2]), Err(PlaneError::TooFew { found: 2 }));
+        assert_eq!(fit(&[]), Err(PlaneError::TooFew { found: 0 }));
+        let mut bad = points();
+        bad[3].y = f64::NAN;
+        assert_eq!(fit(&bad), Err(PlaneError::NotFinite { count: 12 }));
+    }
+}

@@ -128,3 +128,87 @@ fn reweighted(
     }
     Ok((moments.fit()?.towards(&plane.normal), sigma_m, weights))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats;
+    use rand::RngExt;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// A patch of x = 2 with 1 cm noise, of whose points every fourth stands 0.1 to 0.6 m in front.
+    fn spoiled() -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
+        let mut random = stats::stream(9, 0);
+        let mut clean = vec![];
+        let mut all = vec![];
+        for k in 0..800 {
+            let e: f64 = StandardNormal.sample(&mut random);
+            let (y, z) = (
+                random.random_range(-2.0..2.0),
+                random.random_range(-1.0..1.0),
+            );
+            if k % 4 == 0 {
+                all.push(Vector3::new(
+                    2.0 - random.random_range(0.1..0.6),
+                    y,
+                    0.5 * (z + 1.0),
+                ));
+            } else {
+                clean.push(Vector3::new(2.0 + 0.01 * e, y, z));
+                all.push(clean[clean.len() - 1]);
+            }
+        }
+        (clean, all)
+    }
+
+    #[test]
+    fn gross_errors_do_not_move_the_plane() {
+        let (clean, all) = spoiled();
+        let truth = fit(&clean).expect("plane").plane;
+        let plain = fit(&all).expect("plane").plane;
+        let tukey = fit_robust(&all, None, &RobustOptions::default()).expect("plane");
+        let sigma = (0.01 / 600.0_f64.sqrt(), 0.01 / 600.0_f64.sqrt() / 0.57);
+        assert!(
+            tukey
+                .fit
+                .plane
+                .angle_to_rad(&truth.towards(&tukey.fit.plane.normal))
+                < sigma.1
+        );
+        assert!(
+            tukey
+                .fit
+                .plane
+                .distance_m(&Vector3::new(2.0, 0.0, 0.0))
+                .abs()
+                < 3.0 * sigma.0
+        );
+        assert!(plain.distance_m(&Vector3::new(2.0, 0.0, 0.0)).abs() > 0.05);
+        // 25 % outliers move the median absolute deviation to its 2/3 quantile: 1.43 sigma
+        assert!(
+            (tukey.sigma_m / 0.01 - 1.43).abs() < 0.2,
+            "{}",
+            tukey.sigma_m
+        );
+        assert!(tukey.iterations < 50);
+        assert!(tukey.weights.iter().step_by(4).all(|w| *w < 0.2));
+        let huber = RobustOptions {
+            weight: DistanceWeight::Huber { k: 1.345 },
+            ..RobustOptions::default()
+        };
+        let huber = fit_robust(&all, None, &huber).expect("plane").fit.plane;
+        assert!(huber.distance_m(&Vector3::new(2.0, 0.0, 0.0)).abs() < 0.02);
+    }
+
+    #[test]
+    fn weight_functions_bend_where_they_say() {
+        let huber = DistanceWeight::Huber { k: 1.5 };
+        assert_eq!((huber.weight(-1.5), huber.weight(3.0)), (1.0, 0.5));
+        let tukey = DistanceWeight::Tukey { c: 2.0 };
+        assert_eq!(
+            (tukey.weight(0.0), tukey.weight(2.0), tukey.weight(-9.0)),
+            (1.0, 0.0, 0.0)
+        );
+        assert!((tukey.weight(1.0) - 0.5625).abs() < 1e-15);
+    }
+}

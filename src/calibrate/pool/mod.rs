@@ -2,6 +2,7 @@
 
 pub mod config;
 pub mod scene;
+pub mod sequential;
 
 pub use config::{JointConfig, SequentialConfig};
 pub use scene::Scene;
