@@ -1,5 +1,6 @@
 //! Frames, rotations, the ellipsoid, planes: geometry without instruments.
 
+pub mod axes;
 pub mod ellipsoid;
 pub mod frames;
 pub mod plane;
@@ -8,6 +9,7 @@ pub mod robust_plane;
 pub mod rotation;
 pub mod utm;
 
+pub use axes::Axes;
 pub use ellipsoid::{Ellipsoid, Geodetic};
 pub use frames::{Body, Ecef, Level, Point, Pose, Rotation, Scanner, Sonar, Target};
 pub use plane::{Plane, PlaneError, PlaneFit, PlaneMoments};

@@ -21,7 +21,7 @@ pub struct Localised {
 
 /// Positions and attitudes of every record in the frame of `target`; the local level turns with the position of each record.
 ///
-/// Velocities are used (cubic interpolation) only when they agree with differenced positions within the position noise.
+/// Velocities are used (cubic interpolation) only when, summed over a second, they agree with the positions within their noise.
 #[must_use]
 pub fn local_trajectory(source: &GeodeticTrajectory, target: &TargetPose) -> Localised {
     let to_target = target.ecef_from_target().inverse();
@@ -67,7 +67,11 @@ pub fn local_trajectory(source: &GeodeticTrajectory, target: &TargetPose) -> Loc
     }
 }
 
-/// Velocities, if the trapezoid rule over them reproduces the position steps within three sigmas of the white noise.
+/// Time over which velocities are summed up before they are compared with positions, seconds: long enough that a wrong frame shows
+/// (velocities in a wander frame taken as east and north), short enough that drift does not.
+const WINDOW_S: f64 = 1.0;
+
+/// Velocities, if their trapezoid sums reproduce the position steps of one second within three sigmas of noise and drift.
 fn usable_velocity(
     source: &GeodeticTrajectory,
     position: &[Vector3<f64>],
@@ -76,30 +80,121 @@ fn usable_velocity(
     let Some(velocity) = velocity else {
         return (None, None);
     };
-    let mut misfit: Vec<f64> = (1..position.len())
-        .filter(|&k| source.time_s[k] - source.time_s[k - 1] <= source.max_gap_s)
-        .map(|k| {
-            let step = source.time_s[k] - source.time_s[k - 1];
-            (position[k] - position[k - 1] - (velocity[k] + velocity[k - 1]) * (0.5 * step)).norm()
-        })
-        .collect();
-    let typical_m = crate::stats::median(&mut misfit).unwrap_or(0.0);
-    let limit_m = 3.0 * source.noise.position_m.max(1e-4);
+    let mut misfit_m = velocity_misfits_m(source, position, &velocity);
+    let typical_m = crate::stats::median(&mut misfit_m).unwrap_or(0.0);
+    let noise = &source.noise;
+    let drift = 1.0 - (-WINDOW_S / noise.drift_correlation_time_s.max(WINDOW_S)).exp();
+    let drift_m = noise.position_drift_m * drift.sqrt();
+    let limit_m = 3.0 * noise.position_m.max(1e-4).hypot(drift_m);
     if typical_m <= limit_m {
         return (Some(velocity), None);
     }
     let note = format!(
-        "trajectory velocities disagree with differenced positions (median {typical_m:.4} m per record, limit {limit_m:.4} m): \
+        "trajectory velocities disagree with differenced positions (median {typical_m:.4} m over {WINDOW_S} s, limit {limit_m:.4} m): \
          positions are interpolated linearly"
     );
     (None, Some(note))
+}
+
+/// Distances between the position steps over windows of [`WINDOW_S`] and the velocities summed over them; gaps begin a new window,
+/// a trajectory shorter than a window is one.
+fn velocity_misfits_m(
+    source: &GeodeticTrajectory,
+    position: &[Vector3<f64>],
+    velocity: &[Vector3<f64>],
+) -> Vec<f64> {
+    let time_s = &source.time_s;
+    let (mut misfits, mut begin, mut sum) = (Vec::new(), 0, Vector3::zeros());
+    for k in 1..position.len() {
+        let step_s = time_s[k] - time_s[k - 1];
+        if step_s > source.max_gap_s {
+            (begin, sum) = (k, Vector3::zeros());
+            continue;
+        }
+        sum += (velocity[k] + velocity[k - 1]) * (0.5 * step_s);
+        let last = k + 1 == position.len() && misfits.is_empty();
+        if last || time_s[k] - time_s[begin] >= WINDOW_S {
+            misfits.push((position[k] - position[begin] - sum).norm());
+            (begin, sum) = (k, Vector3::zeros());
+        }
+    }
+    misfits
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::Ellipsoid;
-    use crate::observe::{Outside, TrajectoryNoise};
+    use crate::observe::{Outside, PositionInterpolation, TrajectoryNoise};
+
+    /// A straight run of 3 s at 200 Hz with the velocities `[east, north, up]` of the second argument.
+    fn run(moved_m_s: Vector3<f64>, velocity_m_s: [f64; 3]) -> Localised {
+        let origin = Geodetic {
+            latitude_rad: 0.6,
+            longitude_rad: 2.0,
+            height_m: 15.0,
+        };
+        let target = TargetPose {
+            ellipsoid: Ellipsoid::Wgs84,
+            origin,
+            azimuth_rad: 0.0,
+        };
+        let time_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.005).collect();
+        let track: Vec<Geodetic> = time_s
+            .iter()
+            .map(|&t| target.moved(&(moved_m_s * t), 0.0).origin)
+            .collect();
+        let source = GeodeticTrajectory {
+            ellipsoid: Ellipsoid::Wgs84,
+            latitude_rad: track.iter().map(|g| g.latitude_rad).collect(),
+            longitude_rad: track.iter().map(|g| g.longitude_rad).collect(),
+            height_m: track.iter().map(|g| g.height_m).collect(),
+            roll_rad: vec![0.0; 600],
+            pitch_rad: vec![0.0; 600],
+            heading_rad: vec![0.3; 600],
+            velocity_m_s: Some(vec![velocity_m_s; 600]),
+            time_s,
+            noise: noise(0.005),
+            max_gap_s: 1.0,
+            outside: Outside::Error,
+        };
+        local_trajectory(&source, &target)
+    }
+
+    fn noise(position_m: f64) -> TrajectoryNoise {
+        TrajectoryNoise {
+            position_m,
+            position_drift_m: 0.0,
+            drift_correlation_time_s: 60.0,
+            roll_pitch_rad: 0.0,
+            heading_rad: 0.0,
+            heading_drift_rad: 0.0,
+        }
+    }
+
+    /// Figures of the real SBET: velocities x north-ish, y west, z up in a frame wandered by 1.02 degrees.
+    #[test]
+    fn velocities_count_only_in_their_true_frame() {
+        let (north, west, wander) = (-102.624, -40.676, 1.02f64.to_radians());
+        let (sine, cosine) = wander.sin_cos();
+        let (x, y) = (north * cosine + west * sine, west * cosine - north * sine);
+        let moved = Vector3::new(-west, north, 0.0);
+        let resolved = [-(x * sine + y * cosine), x * cosine - y * sine, 0.0];
+        let right = run(moved, resolved);
+        assert_eq!(right.note, None);
+        assert_eq!(
+            right.trajectory.interpolation(),
+            PositionInterpolation::Cubic
+        );
+        for wrong in [[-y, x, 0.0], [x, y, 0.0], [-resolved[0], resolved[1], 0.0]] {
+            let refused = run(moved, wrong);
+            assert!(refused.note.is_some_and(|note| note.contains("linearly")));
+            assert_eq!(
+                refused.trajectory.interpolation(),
+                PositionInterpolation::Linear
+            );
+        }
+    }
 
     #[test]
     fn one_degree_of_heading_and_ten_metres_east() {
@@ -124,14 +219,7 @@ mod tests {
             pitch_rad: vec![0.0; 2],
             heading_rad: vec![0.3; 2],
             velocity_m_s: None,
-            noise: TrajectoryNoise {
-                position_m: 0.002,
-                position_drift_m: 0.0,
-                drift_correlation_time_s: 60.0,
-                roll_pitch_rad: 0.0,
-                heading_rad: 0.0,
-                heading_drift_rad: 0.0,
-            },
+            noise: noise(0.002),
             max_gap_s: 1.0,
             outside: Outside::Error,
         };

@@ -13,5 +13,6 @@ pub use rig::{Mounting, MountingSigma};
 pub use sound_speed::{SoundSpeed, SoundSpeedProfile};
 pub use soundings::{SonarNoise, SoundingRange, Soundings};
 pub use trajectory::{
-    GeodeticTrajectory, Outside, PoseSample, Trajectory, TrajectoryError, TrajectoryNoise,
+    GeodeticTrajectory, Outside, PoseSample, PositionInterpolation, Trajectory, TrajectoryError,
+    TrajectoryNoise,
 };
