@@ -76,6 +76,20 @@ pub struct JointOutcome {
     pub stable: bool,
 }
 
+impl JointOutcome {
+    /// Weighted sum of squares by redundancy.
+    #[must_use]
+    pub fn variance_factor(&self) -> Option<f64> {
+        None
+    }
+
+    /// The directions that the data leave undetermined, in words.
+    #[must_use]
+    pub fn undetermined_directions(&self) -> Vec<String> {
+        vec![]
+    }
+}
+
 /// Records that observations hang on, numbered as epochs of the chain.
 #[derive(Clone, Debug)]
 pub struct Epochs {
@@ -178,6 +192,7 @@ pub fn run(
     start: &JointStart,
     patches: &mut Patches,
     config: &JointConfig,
+    progress: &(dyn Fn(&str) + Sync),
 ) -> Result<JointOutcome, AdjustError> {
     let reach_s = if config.latency { 0.5 } else { 0.0 };
     let epochs = Epochs::number(scene, start.returns, start.candidates, reach_s)?;
@@ -186,6 +201,7 @@ pub fn run(
     let mut ties = associate(scene, start, patches, config, &blocks, &estimate);
     let mut rounds = vec![];
     loop {
+        progress(&format!("joint path: round {}, {} soundings tied", rounds.len() + 1, ties.ties.len()));
         let before = blocks.mounting.at(&estimate.parameters);
         let solution = adjust(scene, start, config, &epochs, &blocks, &ties, estimate)?;
         let outcome =

@@ -1,12 +1,24 @@
 //! Pool calibration (patent CN105425246B): boresight and lever arm of a multibeam against a target that a scanner sees too.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`run`] | the whole in memory: [`run::calibrate`] |
+//! | [`scene`] | trajectory, refined target pose, rough mounting |
+//! | [`ties`], [`planes`] | which point lies on which face; the scanner's planes |
+//! | [`sequential`] | the reference path |
+//! | [`joint`], [`conditions`] | the joint path |
+//! | [`verdict`] | when there is no usable result |
 
-pub mod config;
-pub mod scene;
-pub mod sequential;
-
-pub use config::{JointConfig, SequentialConfig};
-pub use scene::Scene;
 pub mod conditions;
+pub mod config;
 pub mod joint;
 pub mod planes;
+pub mod run;
+pub mod scene;
+pub mod sequential;
 pub mod ties;
+pub mod verdict;
+
+pub use config::{JointConfig, SequentialConfig};
+pub use run::{Method, PoolError, PoolInput, PoolOutcome, calibrate};
+pub use scene::Scene;

@@ -37,6 +37,8 @@ pub struct Scene<'a> {
     laser_frame: Option<(Matrix3<f64>, Vector3<f64>)>,
     /// The water that travel times go through.
     water: Option<Refraction>,
+    /// Sampled laser points near the target.
+    pub laser_near: usize,
     /// Share of the sampled laser points near the target that lie on its faces.
     pub laser_fit: f64,
     /// What the reader of a report should know about the preparation.
@@ -65,6 +67,7 @@ impl<'a> Scene<'a> {
             trajectory: local.trajectory,
             laser_frame: laser_frame(campaign.laser.coordinates, prior),
             water,
+            laser_near: 0,
             laser_fit: 0.0,
             notes: local.note.into_iter().collect(),
         };
@@ -83,6 +86,7 @@ impl<'a> Scene<'a> {
         );
         let reach_m = 2.0;
         let sample = LaserSample(self.laser_sample(&patches, reach_m));
+        self.laser_near = sample.len();
         if sample.is_empty() {
             return;
         }
@@ -239,7 +243,7 @@ impl<'a> Scene<'a> {
         let rows = self.soundings_near(&patches, nominal, 1.5);
         let chosen = thinned(&rows, REGISTRATION_POINTS);
         let sample = SonarSample::new(self, &chosen, nominal);
-        let sigma = SVector::<f64, 6>::from([0.09, 0.09, 0.09, 0.4, 0.4, 0.4]);
+        let sigma = rough_sigma();
         let rough = register(
             &sample,
             &patches,
@@ -250,17 +254,38 @@ impl<'a> Scene<'a> {
         let found = best_height(&sample, &patches, rough, 5, &sigma, &[0.2, 0.1, 0.05]);
         let delta = found.parameters.fixed_rows::<3>(0).into_owned();
         let arm = found.parameters.fixed_rows::<3>(3).into_owned();
+        let fit = found.score / sample.len().max(1) as f64;
+        let mirrored = (fit < DOUBTFUL_FIT).then(|| self.mirrored_fit(&patches)).flatten();
         RoughMounting {
             mounting: nominal.corrected(&delta, &arm),
             near: rows.len(),
-            fit: if sample.is_empty() {
-                0.0
-            } else {
-                found.score / sample.len() as f64
-            },
+            fit,
+            mirrored,
         }
     }
+
+    /// Share of soundings that would fit if the across-track angles had the other sign.
+    fn mirrored_fit(&self, patches: &Patches) -> Option<(&'static str, f64)> {
+        let nominal = &self.campaign.sonar;
+        let flip = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0));
+        let mirrored = Mounting { rotation: nominal.rotation * flip, ..*nominal };
+        let rows = self.soundings_near(patches, &mirrored, 1.5);
+        let sample = SonarSample::new(self, &thinned(&rows, REGISTRATION_POINTS), &mirrored);
+        if sample.is_empty() {
+            return None;
+        }
+        let found = register(&sample, patches, &SVector::zeros(), &rough_sigma(), &[1.0, 0.6, 0.35, 0.2, 0.1, 0.05]);
+        Some(("the across-track angle", found.score / sample.len() as f64))
+    }
 }
+
+/// What a nominal mounting may be wrong by, one sigma: 5 degrees and 0.4 m.
+fn rough_sigma() -> SVector<f64, 6> {
+    SVector::from([0.09, 0.09, 0.09, 0.4, 0.4, 0.4])
+}
+
+/// Below this share of fitting soundings a mirrored axis is tried.
+const DOUBTFUL_FIT: f64 = 0.15;
 
 /// What the rough registration of the soundings found.
 #[derive(Clone, Copy, Debug)]
@@ -271,6 +296,8 @@ pub struct RoughMounting {
     pub near: usize,
     /// Share of the sample that lies on the target's faces.
     pub fit: f64,
+    /// What was mirrored, and the share that fits then; only tried when the fit is poor.
+    pub mirrored: Option<(&'static str, f64)>,
 }
 
 /// Heights that are tried beside the one found: blocks repeat, so a registration may have locked one block too high or low.

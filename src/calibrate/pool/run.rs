@@ -1,0 +1,240 @@
+//! The whole pool calibration in memory: prepare, extract, reference path, joint path.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::config::{Drift, JointConfig, Planes, SequentialConfig};
+use super::joint::{self, JointOutcome, JointStart};
+use super::planes::{self, GroupPlanes};
+use super::scene::{RoughMounting, Scene};
+use super::sequential::{self, FaceSoundings, HorizontalReturns, HorizontalSoundings, RoleSoundings, ScannerPlanes, SequentialError};
+use super::ties::{self, Tie, TieSet};
+use super::verdict::Refusal;
+use crate::adjust::AdjustError;
+use crate::geometry::ellipsoid::TargetPose;
+use crate::geometry::plane::Plane;
+use crate::georef::{RayError, georeference};
+use crate::matching::{Patches, Water};
+use crate::observe::{Campaign, Mounting, PoseSample};
+use crate::target::{Role, Target};
+
+/// Which paths run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Method {
+    /// The reference path only.
+    Sequential,
+    /// The joint path only.
+    Joint,
+    /// Both, compared.
+    #[default]
+    Both,
+}
+
+/// Everything a pool calibration needs.
+#[derive(Clone, Debug)]
+pub struct PoolInput<'a> {
+    /// What was observed.
+    pub campaign: &'a Campaign,
+    /// The target at design dimensions.
+    pub target: &'a Target,
+    /// What the surveyor knows of the target's pose beforehand.
+    pub prior: &'a TargetPose,
+    /// Which paths run.
+    pub method: Method,
+    /// The reference path.
+    pub sequential: &'a SequentialConfig,
+    /// The joint path.
+    pub joint: &'a JointConfig,
+    /// Seed of RANSAC.
+    pub seed: u64,
+}
+
+/// What a pool calibration ended with. A path that did not run is `None`.
+#[derive(Debug)]
+pub struct PoolOutcome<'a> {
+    /// The scene, in the refined target frame.
+    pub scene: Scene<'a>,
+    /// The scanner's planes by group of the target.
+    pub planes: GroupPlanes,
+    /// Ties of the laser returns.
+    pub returns: TieSet,
+    /// The rough registration of the soundings.
+    pub rough: Option<RoughMounting>,
+    /// The reference path.
+    pub sequential: Option<Result<sequential::Outcome, SequentialError>>,
+    /// The rigorous joint path.
+    pub joint: Option<JointOutcome>,
+    /// The simple joint model, where it was asked for.
+    pub simple: Option<JointOutcome>,
+    /// Why there is no usable result.
+    pub refusal: Option<Refusal>,
+}
+
+/// Why a calibration could not be run at all.
+#[derive(Debug, thiserror::Error)]
+pub enum PoolError {
+    /// The sound speed cannot be used.
+    #[error("sound speed: {0}")]
+    SoundSpeed(#[from] RayError),
+    /// The engine refused its input.
+    #[error("adjustment: {0}")]
+    Adjust(#[from] AdjustError),
+}
+
+/// Gate of the first, wide association of returns, in sigmas: the target's planes are known from its design only.
+const WIDE: f64 = 4.0;
+/// Soundings within this of the target under the rough mounting stay candidates, metres.
+const CANDIDATE_M: f64 = 0.5;
+
+/// Calibrates. `progress` is told what is being done.
+///
+/// # Errors
+/// [`PoolError`] when the input cannot be worked with at all; a calibration that ends without a usable result is an outcome.
+pub fn calibrate<'a>(input: &PoolInput<'a>, progress: &(dyn Fn(&str) + Sync)) -> Result<PoolOutcome<'a>, PoolError> {
+    progress("refining the target's pose from the laser points");
+    let scene = Scene::prepare(input.campaign, input.target, input.prior)?;
+    let level_m = input.campaign.water_level_m;
+    let mut laser = Patches::new(input.target, Water::Above, level_m, &scene.origins(&input.campaign.scanner));
+    progress("extracting the scanner's planes");
+    let wide = ties::tie_returns(&scene, &laser, WIDE * input.joint.gate_sigma);
+    let planes = planes::extract(&scene, &wide, input.seed);
+    let fitted: Vec<Option<Plane>> = planes.iter().map(|p| p.map(|p| p.fit.plane)).collect();
+    planes::apply(&mut laser, &scene, &fitted);
+    let returns = ties::tie_returns(&scene, &laser, input.joint.gate_sigma);
+    let mut outcome = PoolOutcome { scene, planes, returns, rough: None, sequential: None, joint: None, simple: None, refusal: None };
+    outcome.refusal = Refusal::of_scanner(&outcome.scene, &outcome.planes, &wide);
+    if outcome.refusal.is_some() {
+        return Ok(outcome);
+    }
+    progress("finding the target in the soundings");
+    let rough = outcome.scene.rough_mounting();
+    outcome.rough = Some(rough);
+    outcome.refusal = Refusal::of_soundings(&outcome.scene, &rough);
+    if outcome.refusal.is_some() {
+        return Ok(outcome);
+    }
+    let mut patches = Patches::new(input.target, Water::Below, level_m, &outcome.scene.origins(&rough.mounting));
+    planes::apply(&mut patches, &outcome.scene, &fitted);
+    let candidates = outcome.scene.soundings_near(&patches, &rough.mounting, CANDIDATE_M);
+    if input.method != Method::Joint {
+        progress("reference path: angles, then offsets");
+        let gate = input.joint.gate_sigma;
+        let ties = ties::tie_soundings(&outcome.scene, &patches, &candidates, &rough.mounting, 0.0, 0.0, gate);
+        outcome.sequential = Some(run_sequential(&outcome, &ties, input.sequential));
+    }
+    if input.method != Method::Sequential {
+        run_joint(input, &mut outcome, &mut patches, &rough, &candidates, progress)?;
+    }
+    outcome.refusal = Refusal::of_solution(&outcome, input);
+    Ok(outcome)
+}
+
+fn run_joint(
+    input: &PoolInput,
+    outcome: &mut PoolOutcome,
+    patches: &mut Patches,
+    rough: &RoughMounting,
+    candidates: &[u32],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<(), PoolError> {
+    let start = JointStart { mounting: rough.mounting, planes: &outcome.planes, returns: &outcome.returns, candidates };
+    progress("joint path: angles, lever arm, planes and drift together");
+    outcome.joint = Some(joint::run(&outcome.scene, &start, patches, input.joint, progress)?);
+    if input.joint.simple {
+        progress("simple joint model: planes fixed, drift off");
+        let simple = JointConfig { planes: Planes::Fixed, drift: Drift::Off, ..input.joint.clone() };
+        outcome.simple = Some(joint::run(&outcome.scene, &start, patches, &simple, progress)?);
+    }
+    Ok(())
+}
+
+/// A tied sounding as the reference path uses it again in every pass.
+struct Held {
+    pose: PoseSample,
+    u_m: Vector3<f64>,
+    face: u16,
+}
+
+/// Runs the reference path on soundings that were tied once (patent step 2), re-georeferenced in every pass.
+fn run_sequential(
+    outcome: &PoolOutcome,
+    ties: &TieSet,
+    config: &SequentialConfig,
+) -> Result<sequential::Outcome, SequentialError> {
+    let scene = &outcome.scene;
+    let nominal = scene.campaign.sonar;
+    let scanner = scanner_planes(outcome)?;
+    let hold = |tie: &Tie| {
+        let pose = scene.sounding_pose(tie.row as usize, 0.0)?;
+        let beam = scene.beam(tie.row as usize, &pose, &nominal)?;
+        Some(Held { pose, u_m: beam.vector_m(), face: tie.face })
+    };
+    let held: Vec<Held> = ties.ties.par_iter().filter_map(hold).collect();
+    sequential::run(&nominal, &scanner, config, &mut |mounting: &Mounting, _| pooled(scene.target, &held, mounting))
+}
+
+/// Soundings of all passes by role, under a mounting; parts are merged in a fixed order.
+fn pooled(target: &Target, held: &[Held], mounting: &Mounting) -> RoleSoundings {
+    let parts: Vec<Vec<FaceSoundings>> = held
+        .par_chunks(16_384)
+        .map(|chunk| {
+            let mut faces = vec![FaceSoundings::default(); target.faces.len()];
+            for h in chunk {
+                faces[h.face as usize].add(&georeference(&h.pose, mounting, &h.u_m), &h.pose.rotation);
+            }
+            faces
+        })
+        .collect();
+    let mut roles = RoleSoundings::default();
+    for (face, f) in target.faces.iter().enumerate() {
+        let mut all = FaceSoundings::default();
+        parts.iter().for_each(|part| all.merge(&part[face]));
+        match f.role {
+            Role::P1 => roles.p1.merge(&all),
+            Role::P2 => roles.p2.merge(&all),
+            Role::P3 => roles.p3.merge(&all),
+            Role::Horizontal if all.count() > 0 => {
+                let design_height_m = target.design_offset_m(face);
+                roles.horizontal.push(HorizontalSoundings { design_height_m, soundings: all });
+            }
+            _ => {}
+        }
+    }
+    roles
+}
+
+/// The scanner's side of the reference path.
+fn scanner_planes(outcome: &PoolOutcome) -> Result<ScannerPlanes, SequentialError> {
+    let target = outcome.scene.target;
+    let fit = |role: Role, plane: &'static str| {
+        let group = target.group_of_role(role);
+        let found = group.and_then(|g| outcome.planes[g]).map(|p| p.fit);
+        found.ok_or(SequentialError::TooFewSoundings { plane, found: 0, expected: 20 })
+    };
+    let mut sums = vec![(0usize, Vector3::zeros()); target.faces.len()];
+    for tie in &outcome.returns.ties {
+        if let Some((point, _)) = outcome.scene.laser_point(tie.row as usize) {
+            sums[tie.face as usize].0 += 1;
+            sums[tie.face as usize].1 += point;
+        }
+    }
+    let of_role = |role: Role| target.faces.iter().zip(&sums).enumerate().filter(move |(_, (f, _))| f.role == role).map(|(k, (_, s))| (k, *s));
+    let wall = of_role(Role::P2).fold((0, 0.0), |all, (_, s)| (all.0 + s.0, all.1 + s.1.x));
+    let horizontal = of_role(Role::Horizontal)
+        .filter(|(_, s)| s.0 > 0)
+        .map(|(face, s)| HorizontalReturns {
+            face,
+            design_height_m: target.design_offset_m(face),
+            mean_height_m: s.1.z / s.0 as f64,
+            count: s.0,
+        })
+        .collect();
+    Ok(ScannerPlanes {
+        p1: fit(Role::P1, "P1")?,
+        p2: fit(Role::P2, "P2")?,
+        p3: fit(Role::P3, "P3")?,
+        wall_mean_x_m: wall.1 / wall.0.max(1) as f64,
+        horizontal,
+    })
+}
+

@@ -1,0 +1,213 @@
+//! When a calibration has no usable result, and why, in words a surveyor can act on.
+
+use std::fmt;
+
+use super::joint::{JointOutcome, SIX};
+use super::planes::{self, GroupPlanes};
+use super::run::{Method, PoolInput, PoolOutcome};
+use super::scene::{RoughMounting, Scene};
+use super::ties::TieSet;
+use crate::adjust::Status;
+use crate::target::Role;
+
+/// Smallest share of the laser points near the target that lies on its faces.
+const LEAST_LASER_FIT: f64 = 0.25;
+/// Smallest share of the soundings near the target that lies on its faces.
+const LEAST_SONAR_FIT: f64 = 0.06;
+/// A variance factor above this is absurd: three times the stated sigmas.
+const ABSURD_VARIANCE_FACTOR: f64 = 9.0;
+/// Fewest soundings of a joint adjustment.
+const LEAST_TIES: usize = 50;
+
+/// Why there is no usable result.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refusal {
+    /// No laser return near where the target was said to stand.
+    TargetFar {
+        /// Laser returns read.
+        returns: usize,
+    },
+    /// Laser returns are there, but they do not look like the target.
+    TargetNotFound {
+        /// Share of the returns near the target that lies on its faces.
+        fit: f64,
+    },
+    /// The scanner did not see the wall.
+    NoWall,
+    /// The planes that each pass gives disagree.
+    ScannerDisagrees(planes::Disagreement),
+    /// No or too few soundings on the target.
+    NoSoundings {
+        /// Soundings near it.
+        near: usize,
+        /// Share of them that lies on its faces.
+        fit: f64,
+    },
+    /// The soundings fit when an axis is mirrored.
+    Mirrored {
+        /// What is mirrored.
+        axis: &'static str,
+        /// Share that fits as given and mirrored.
+        fits: (f64, f64),
+    },
+    /// Parameters that the data do not determine.
+    Undetermined {
+        /// Their names with the standard deviation and the limit.
+        parameters: Vec<String>,
+    },
+    /// The engine did not end with a solution.
+    NotSolved {
+        /// How it ended.
+        how: String,
+    },
+    /// Misfit far beyond the stated noise.
+    AbsurdMisfit {
+        /// The variance factor.
+        variance_factor: f64,
+    },
+    /// The reference path failed, and no other ran.
+    Sequential {
+        /// Its message.
+        message: String,
+    },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TargetFar { returns } => write!(
+                f,
+                "target not found: none of {returns} laser returns lies within 2 m of the target where [target] origin and \
+                 azimuth_deg put it; check origin, azimuth, the clock of the scanner and its mounting"
+            ),
+            Self::TargetNotFound { fit } => write!(
+                f,
+                "target not found: only {:.0} % of the laser returns around it lie on its faces (expected at least {:.0} %); check \
+                 the target model, the scanner's mounting (mirrored or swapped axes) and its clock",
+                100.0 * fit,
+                100.0 * LEAST_LASER_FIT
+            ),
+            Self::NoWall => write!(f, "the scanner saw no wall (P2) above the water: there is nothing to compare the soundings with"),
+            Self::ScannerDisagrees(d) => write!(
+                f,
+                "the scanner's planes disagree between its {} passes: {} differs by {:.1} mm where trajectory drift and the stated \
+                 uncertainty of the scanner explain {:.1} mm (one sigma); the scanner is not calibrated after all, or the \
+                 trajectory is worse than stated",
+                d.passes,
+                d.group,
+                1e3 * d.apart_m,
+                1e3 * d.sigma_m
+            ),
+            Self::NoSoundings { near, fit } => write!(
+                f,
+                "the target was not found in the soundings: {near} soundings near it, {:.1} % of them on its faces (expected at least \
+                 {:.0} %); check the nominal mounting, the beam angles' sign and unit, and the clock of the sounder",
+                100.0 * fit,
+                100.0 * LEAST_SONAR_FIT
+            ),
+            Self::Mirrored { axis, fits } => write!(
+                f,
+                "the soundings look mirrored: with {axis} reversed {:.0} % of them lie on the target, as given {:.0} %; check the \
+                 sign convention of the beam angles",
+                100.0 * fits.1,
+                100.0 * fits.0
+            ),
+            Self::Undetermined { parameters } => write!(f, "the data do not determine {}", parameters.join(", ")),
+            Self::NotSolved { how } => write!(f, "the joint adjustment ended without a solution: {how}"),
+            Self::AbsurdMisfit { variance_factor } => write!(
+                f,
+                "the residuals are {:.1} times the stated noise (variance factor {variance_factor:.1}): wrong noise figures, a wrong \
+                 target model, or sensors that do not belong together",
+                variance_factor.sqrt()
+            ),
+            Self::Sequential { message } => write!(f, "the reference path failed: {message}"),
+        }
+    }
+}
+
+impl Refusal {
+    /// What the laser returns alone can prove wrong.
+    #[must_use]
+    pub fn of_scanner(scene: &Scene, planes: &GroupPlanes, wide: &TieSet) -> Option<Self> {
+        if scene.laser_near == 0 {
+            return Some(Self::TargetFar { returns: scene.campaign.laser.len() });
+        }
+        if scene.laser_fit < LEAST_LASER_FIT {
+            return Some(Self::TargetNotFound { fit: scene.laser_fit });
+        }
+        let wall = scene.target.group_of_role(Role::P2);
+        if wall.is_some_and(|g| planes[g].is_none()) || planes.iter().all(Option::is_none) {
+            return Some(Self::NoWall);
+        }
+        planes::disagreement(scene, wide).map(Self::ScannerDisagrees)
+    }
+
+    /// What the rough registration of the soundings can prove wrong.
+    #[must_use]
+    pub fn of_soundings(scene: &Scene, rough: &RoughMounting) -> Option<Self> {
+        if let Some((axis, mirrored)) = rough.mirrored
+            && mirrored > 1.5 * rough.fit
+        {
+            return Some(Self::Mirrored { axis, fits: (rough.fit, mirrored) });
+        }
+        let found = rough.near >= LEAST_TIES && rough.fit >= LEAST_SONAR_FIT;
+        let _ = scene;
+        (!found).then_some(Self::NoSoundings { near: rough.near, fit: rough.fit })
+    }
+
+    /// What the solutions prove wrong: the joint one decides where it ran.
+    #[must_use]
+    pub fn of_solution(outcome: &PoolOutcome, input: &PoolInput) -> Option<Self> {
+        match (&outcome.joint, &outcome.sequential) {
+            (Some(joint), _) => Self::of_joint(joint, input),
+            (None, Some(Err(error))) if input.method == Method::Sequential => {
+                Some(Self::Sequential { message: error.to_string() })
+            }
+            _ => None,
+        }
+    }
+
+    /// What a joint outcome proves wrong.
+    #[must_use]
+    pub fn of_joint(joint: &JointOutcome, input: &PoolInput) -> Option<Self> {
+        if joint.soundings.ties.len() < LEAST_TIES {
+            return Some(Self::NoSoundings { near: joint.soundings.ties.len(), fit: 0.0 });
+        }
+        if let Some(parameters) = undetermined(joint, input) {
+            return Some(Self::Undetermined { parameters });
+        }
+        match &joint.solution.status {
+            Status::Converged | Status::Stalled => {}
+            Status::RankDeficient { .. } => {
+                return Some(Self::Undetermined { parameters: joint.undetermined_directions() });
+            }
+            Status::OutOfIterations => {
+                return Some(Self::NotSolved { how: "out of iterations".to_owned() });
+            }
+        }
+        joint
+            .variance_factor()
+            .filter(|v| *v > ABSURD_VARIANCE_FACTOR)
+            .map(|variance_factor| Self::AbsurdMisfit { variance_factor })
+    }
+}
+
+/// Parameters whose standard deviation exceeds the configured limit without a prior of their own.
+fn undetermined(joint: &JointOutcome, input: &PoolInput) -> Option<Vec<String>> {
+    let p = &input.joint.prior;
+    let priors = [p.pitch_sigma_deg, p.roll_sigma_deg, p.yaw_sigma_deg, p.lx_sigma_m, p.ly_sigma_m, p.lz_sigma_m];
+    let mut names = vec![];
+    for (i, name) in SIX.iter().enumerate() {
+        let sigma = joint.covariance[(i, i)].sqrt();
+        let (sigma, limit, unit) = if i < 3 {
+            (sigma.to_degrees(), input.joint.max_sigma_deg, "deg")
+        } else {
+            (sigma, input.joint.max_sigma_m, "m")
+        };
+        let beyond = !(sigma <= limit);
+        if beyond && priors[i].is_none() {
+            names.push(format!("{name} (standard deviation {sigma:.3} {unit}, limit {limit} {unit})"));
+        }
+    }
+    (!names.is_empty()).then_some(names)
+}
