@@ -16,6 +16,8 @@ mod problem;
 mod quality;
 mod solve;
 mod spectrum;
+#[cfg(test)]
+mod toys;
 
 pub use chain::{ChainModel, ChainState, Process, ProcessKind, VISIBLE};
 pub use chart::{Chart, tangent_basis};

@@ -329,7 +329,6 @@ impl<'a> Iteration<'a> {
         self.here = trial;
         self.linearisation = there;
         let lengths = self.linearisation.reduced.lengths();
-        let lengths = self.linearisation.reduced.lengths();
         self.metric
             .iter_mut()
             .zip(lengths)
