@@ -214,7 +214,7 @@ fn triangle(rows: DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// Chunks of rows of the sets for which `wanted` holds, in order.
-fn chunks(
+pub(super) fn chunks(
     problem: &Problem,
     size: usize,
     wanted: impl Fn(usize) -> bool,
