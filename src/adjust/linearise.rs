@@ -214,7 +214,7 @@ fn triangle(rows: DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// Chunks of rows of the sets for which `wanted` holds, in order.
-fn chunks(
+pub(super) fn chunks(
     problem: &Problem,
     size: usize,
     wanted: impl Fn(usize) -> bool,
@@ -458,4 +458,98 @@ pub(super) fn check_intervals(problem: &Problem) -> Result<(), AdjustError> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::toys::{DenseToy, GLOBALS, Toy};
+    use super::super::*;
+    use approx::{assert_abs_diff_eq, assert_relative_eq};
+
+    fn tight() -> Options {
+        Options {
+            step_tolerance_sigmas: 1e-9,
+            ..Options::default()
+        }
+    }
+
+    /// Elimination of the chain against orthogonalisation of the whole Jacobian, with the states as ordinary parameters.
+    #[test]
+    fn chain_agrees_with_dense() {
+        let toy = Toy::new(7, 12, 8);
+        let chained = solve(&toy.problem(), Estimate::new(toy.parameters()), &tight()).unwrap();
+        let dense = DenseToy(&toy);
+        let problem = Problem::dense(vec![Source::new(&dense)]);
+        let whole = solve(&problem, Estimate::new(dense.parameters()), &tight()).unwrap();
+        assert!(chained.status.was_successful() && whole.status.was_successful());
+        assert_relative_eq!(chained.cost, whole.cost, max_relative = 1e-10);
+        let blocks = whole.estimate.parameters.blocks();
+        assert_abs_diff_eq!(
+            chained.estimate.parameters.blocks()[0].value[..],
+            blocks[0].value[..],
+            epsilon = 1e-9
+        );
+        let states = chained.estimate.chain.as_ref().unwrap();
+        for epoch in 0..toy.model.epochs() {
+            assert_abs_diff_eq!(
+                states.state(epoch)[..],
+                blocks[epoch + 1].value[..],
+                epsilon = 1e-9
+            );
+        }
+        let corner = whole.cofactor.view((0, 0), (GLOBALS, GLOBALS)).into_owned();
+        assert_relative_eq!(chained.cofactor, corner, max_relative = 1e-9);
+    }
+
+    /// Several windows and batches give what one factorisation of all of it gives: the cost is stationary in every state.
+    #[test]
+    fn long_chain_is_stationary() {
+        let toy = Toy::new(8, 1500, 4);
+        let solution = solve(&toy.problem(), Estimate::new(toy.parameters()), &tight()).unwrap();
+        assert_eq!(solution.status, Status::Converged);
+        assert!(solution.linearisation.state_promise < 1e-15 * solution.cost);
+        for (x, truth) in solution.estimate.parameters.blocks()[0]
+            .value
+            .iter()
+            .zip(toy.truth)
+        {
+            assert!((x - truth).abs() < 4.0 * solution.cofactor[(0, 0)].sqrt());
+        }
+    }
+
+    #[test]
+    fn one_and_two_threads_give_the_same_bytes() {
+        let toy = Toy::new(9, 1500, 4);
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            let solution = pool.install(|| {
+                solve(&toy.problem(), Estimate::new(toy.parameters()), &tight()).unwrap()
+            });
+            (
+                solution.estimate,
+                solution.cost.to_bits(),
+                solution.cofactor,
+            )
+        };
+        assert_eq!(run(1), run(2));
+    }
+
+    #[test]
+    fn a_held_column_stays_and_has_no_variance() {
+        let toy = Toy::new(10, 80, 6);
+        let mut parameters = toy.parameters();
+        let id = parameters.find("globals").unwrap();
+        parameters.block_mut(id).held[1] = true;
+        parameters.block_mut(id).value[1] = toy.truth[1];
+        let solution = solve(&toy.problem(), Estimate::new(parameters), &tight()).unwrap();
+        assert_eq!(
+            solution.estimate.parameters.blocks()[0].value[1],
+            toy.truth[1]
+        );
+        assert_eq!(solution.cofactor[(1, 1)], 0.0);
+        assert!(solution.cofactor[(0, 0)] > 0.0);
+    }
 }

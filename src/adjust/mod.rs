@@ -7,22 +7,35 @@ mod accumulate;
 mod chain;
 mod chart;
 mod condition;
+mod derivatives;
 mod elimination;
 mod error;
 mod kernel;
 mod linearise;
+mod observability;
 mod parameters;
 mod problem;
 mod quality;
+mod refine;
+mod reliability;
+mod selected;
 mod solve;
 mod spectrum;
+#[cfg(test)]
+mod toys;
 
 pub use chain::{ChainModel, ChainState, Process, ProcessKind, VISIBLE};
 pub use chart::{Chart, tangent_basis};
 pub use condition::{ChainRow, Conditions, MAX_COLUMNS, Row};
+pub use derivatives::{DerivativeFault, check_derivatives};
 pub use error::AdjustError;
 pub use kernel::Kernel;
+pub use observability::{Limits, Observability, Undetermined, WeakPair, observability};
 pub use parameters::{Block, BlockId, Component, ParameterSet, Prior, PriorRow, Unit};
 pub use problem::{Estimate, Problem, Source};
-pub use quality::{ConditionQuality, GlobalTest, GroupQuality, Quality, QualityOptions, assess};
+pub use quality::{
+    ConditionTest, GlobalTest, Quality, QualityOptions, assess, condition_test, correlation,
+};
+pub use refine::{Snooped, VarianceComponent, VarianceComponents, snoop, variance_components};
+pub use reliability::{ConditionQuality, Effect, GroupQuality};
 pub use solve::{IterationRecord, Options, Solution, Status, solve};

@@ -1,63 +1,306 @@
-//! What every adjustment reports (mathematics section 6).
-#![allow(missing_docs)]
+//! What every adjustment reports (mathematics section 6): global test, redundancy, normalised residuals, detectable biases.
+//!
+//! Baarda, *A testing procedure for use in geodetic networks*, 1968; Förstner, "Reliability analysis of parameter estimation in
+//! linear models", 1987.
 
 use nalgebra::DMatrix;
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::error::AdjustError;
 use super::problem::Problem;
-use super::solve::Solution;
+use super::reliability::{ConditionQuality, Effect, GroupQuality, survey};
+use super::solve::{Solution, redundancy};
 
+/// What to judge with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QualityOptions {
-    pub test_alpha: f64,
-    pub power: f64,
+    /// Error probability of the global test, both sides together.
+    pub global_alpha: f64,
+    /// Error probability of the test of one condition.
+    pub condition_alpha: f64,
+    /// Error probability of all these tests together.
     pub family_alpha: f64,
+    /// Power that detectable biases are stated for.
+    pub power: f64,
+    /// Practical bounds of the variance factor, reported beside the test: with 1e5 conditions the test itself fails at 1 %.
+    pub practical: (f64, f64),
+    /// Number of conditions with the largest normalised residuals to list.
     pub worst: usize,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Quality {
-    pub global: GlobalTest,
-    pub groups: Vec<GroupQuality>,
-    pub worst: Vec<ConditionQuality>,
-    pub correlation: DMatrix<f64>,
+impl Default for QualityOptions {
+    fn default() -> Self {
+        QualityOptions {
+            global_alpha: 0.05,
+            condition_alpha: 0.001,
+            family_alpha: 0.05,
+            power: 0.8,
+            practical: (0.8, 1.25),
+            worst: 20,
+        }
+    }
 }
 
+/// Test of the variance factor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GlobalTest {
+    /// Weighted sum of squares of conditions, priors and states.
     pub omega: f64,
+    /// Conditions and priors less all unknowns; states and their priors cancel.
     pub degrees_of_freedom: f64,
+    /// `omega / degrees_of_freedom`; NaN without redundancy.
     pub variance_factor: f64,
+    /// Interval the variance factor lies in if the model is true.
     pub interval: (f64, f64),
+    /// Whether it does.
     pub passed: bool,
+    /// Whether it lies within the practical bounds.
+    pub practical: bool,
+    /// Robust weights or estimated variance components make the test void.
     pub void: bool,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct GroupQuality {
-    pub group: u16,
-    pub conditions: usize,
-    pub redundancy: f64,
-    pub omega: f64,
+/// Critical value of a test of single conditions and the non-centrality of its detectable bias.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConditionTest {
+    /// Error probability of one test.
+    pub alpha: f64,
+    /// Normalised residuals beyond this are flagged.
+    pub critical: f64,
+    /// Non-centrality: a bias of `delta0 sigma / sqrt r` is found with the power asked for.
+    pub delta0: f64,
 }
 
+/// Judgement of a solution.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ConditionQuality {
-    pub source: usize,
-    pub condition: usize,
-    pub redundancy: f64,
-    pub normalised: f64,
-    pub detectable_bias: f64,
+pub struct Quality {
+    /// Test of the variance factor.
+    pub global: GlobalTest,
+    /// Test of one condition by itself.
+    pub single: ConditionTest,
+    /// Test of one condition with a family-wise error probability.
+    pub family: ConditionTest,
+    /// Sums per observation group, in order of the group numbers.
+    pub groups: Vec<GroupQuality>,
+    /// Conditions with the largest normalised residuals, worst first.
+    pub worst: Vec<ConditionQuality>,
+    /// Per column: largest effect of an undetected bias of one condition, per unit of non-centrality (times a test's `delta0`).
+    pub effects: Vec<Effect>,
+    /// Correlation of all columns; zero rows for held ones.
+    pub correlation: DMatrix<f64>,
 }
 
-/// Judges a solution.
+/// Judges a solution with one more pass over its conditions.
 ///
 /// # Errors
-/// See [`AdjustError`].
+/// [`AdjustError::BadProbability`] on options outside (0, 1), and what a pass can find wrong with the conditions.
 pub fn assess(
-    _problem: &Problem,
-    _solution: &Solution,
-    _options: &QualityOptions,
+    problem: &Problem,
+    solution: &Solution,
+    options: &QualityOptions,
 ) -> Result<Quality, AdjustError> {
-    todo!()
+    let survey = survey(problem, solution, options.worst)?;
+    let tests = problem.condition_count().max(1) as f64;
+    let one_of_family = -((-options.family_alpha).ln_1p() / tests).exp_m1();
+    Ok(Quality {
+        global: global_test(problem, solution, options)?,
+        single: condition_test(options.condition_alpha, options.power)?,
+        family: condition_test(one_of_family, options.power)?,
+        groups: survey.groups,
+        worst: survey.worst,
+        effects: survey.effects,
+        correlation: correlation(&solution.cofactor),
+    })
+}
+
+/// Critical value and non-centrality of a two-sided normal test.
+///
+/// # Errors
+/// [`AdjustError::BadProbability`] when a probability is outside (0, 1).
+pub fn condition_test(alpha: f64, power: f64) -> Result<ConditionTest, AdjustError> {
+    let critical = -normal_quantile("alpha", 0.5 * alpha)?;
+    Ok(ConditionTest {
+        alpha,
+        critical,
+        delta0: critical + normal_quantile("power", power)?,
+    })
+}
+
+fn normal_quantile(what: &'static str, probability: f64) -> Result<f64, AdjustError> {
+    within(what, probability)?;
+    Ok(Normal::standard().inverse_cdf(probability))
+}
+
+fn within(what: &'static str, found: f64) -> Result<(), AdjustError> {
+    if found > 0.0 && found < 1.0 {
+        return Ok(());
+    }
+    Err(AdjustError::BadProbability { what, found })
+}
+
+fn global_test(
+    problem: &Problem,
+    solution: &Solution,
+    options: &QualityOptions,
+) -> Result<GlobalTest, AdjustError> {
+    within("global_alpha", options.global_alpha)?;
+    let linearisation = &solution.linearisation;
+    let omega = linearisation.tally.omega + 2.0 * linearisation.prior_cost;
+    let degrees_of_freedom = redundancy(problem, &solution.estimate);
+    let variance_factor = if degrees_of_freedom > 0.0 {
+        omega / degrees_of_freedom
+    } else {
+        f64::NAN
+    };
+    let interval = factor_interval(degrees_of_freedom, options.global_alpha);
+    let inside = |(low, high): (f64, f64)| low <= variance_factor && variance_factor <= high;
+    let void = !solution.kernel.is_least_squares()
+        || problem.components.iter().any(|component| *component != 1.0);
+    Ok(GlobalTest {
+        omega,
+        degrees_of_freedom,
+        variance_factor,
+        interval,
+        passed: inside(interval),
+        practical: inside(options.practical),
+        void,
+    })
+}
+
+/// Two-sided interval of `chi^2 / dof`.
+fn factor_interval(dof: f64, alpha: f64) -> (f64, f64) {
+    match ChiSquared::new(dof) {
+        Ok(chi) => (
+            chi.inverse_cdf(0.5 * alpha) / dof,
+            chi.inverse_cdf(1.0 - 0.5 * alpha) / dof,
+        ),
+        Err(_) => (f64::NAN, f64::NAN),
+    }
+}
+
+/// Correlation of a covariance; zero where a variance is zero.
+pub fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let sigma: Vec<f64> = covariance
+        .diagonal()
+        .iter()
+        .map(|variance| variance.sqrt())
+        .collect();
+    DMatrix::from_fn(sigma.len(), sigma.len(), |i, j| match sigma[i] * sigma[j] {
+        product if product > 0.0 => covariance[(i, j)] / product,
+        _ => 0.0,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::toys::{DenseToy, Toy};
+    use super::super::*;
+    use super::condition_test;
+    use approx::{assert_abs_diff_eq, assert_relative_eq};
+
+    fn tight() -> Options {
+        Options {
+            step_tolerance_sigmas: 1e-9,
+            ..Options::default()
+        }
+    }
+
+    fn all(count: usize) -> QualityOptions {
+        QualityOptions {
+            worst: count,
+            ..QualityOptions::default()
+        }
+    }
+
+    /// Values of mathematics section 6, from Baarda's nomograms.
+    #[test]
+    fn textbook_non_centralities() {
+        let test = condition_test(0.001, 0.8).unwrap();
+        assert_abs_diff_eq!(test.delta0, 4.13, epsilon = 5e-3);
+        let family = condition_test(0.05 / 1e5, 0.8).unwrap();
+        assert_abs_diff_eq!(family.critical, 5.03, epsilon = 1e-2);
+        assert_abs_diff_eq!(family.delta0, 5.87, epsilon = 1e-2);
+    }
+
+    fn by_condition(quality: &Quality) -> Vec<ConditionQuality> {
+        let mut list = quality.worst.clone();
+        list.sort_by_key(|one| one.condition);
+        list
+    }
+
+    /// Redundancy numbers sum to the degrees of freedom, and the chain's selected inverse gives those of the whole inverse.
+    #[test]
+    fn redundancy_numbers() {
+        let toy = Toy::new(21, 12, 8);
+        let chained = solve(&toy.problem(), Estimate::new(toy.parameters()), &tight()).unwrap();
+        let chained = assess(&toy.problem(), &chained, &all(toy.len())).unwrap();
+        let dense = DenseToy(&toy);
+        let problem = Problem::dense(vec![Source::new(&dense)]);
+        let whole = solve(&problem, Estimate::new(dense.parameters()), &tight()).unwrap();
+        let whole = assess(&problem, &whole, &all(dense.len())).unwrap();
+        let sum: f64 = whole.groups.iter().map(|group| group.redundancy).sum();
+        assert_relative_eq!(sum, whole.global.degrees_of_freedom, max_relative = 1e-9);
+        assert_relative_eq!(
+            chained.global.omega,
+            whole.global.omega,
+            max_relative = 1e-9
+        );
+        assert_relative_eq!(
+            chained.global.degrees_of_freedom,
+            whole.global.degrees_of_freedom
+        );
+        for (a, b) in by_condition(&chained).iter().zip(by_condition(&whole)) {
+            assert_eq!(a.condition, b.condition);
+            assert_abs_diff_eq!(a.redundancy, b.redundancy, epsilon = 1e-9);
+            assert_abs_diff_eq!(a.normalised, b.normalised, epsilon = 1e-7);
+        }
+        for (a, b) in chained.effects.iter().zip(&whole.effects) {
+            assert!(b.size >= a.size * (1.0 - 1e-9));
+        }
+    }
+
+    /// The effect stated for a bias is the change that the bias causes.
+    #[test]
+    fn effect_of_a_bias() {
+        let mut toy = Toy::new(22, 100, 5);
+        let before = solve(&toy.problem(), Estimate::new(toy.parameters()), &tight()).unwrap();
+        let quality = assess(&toy.problem(), &before, &all(toy.len())).unwrap();
+        let effect = quality.effects[2];
+        let one = quality
+            .worst
+            .iter()
+            .find(|one| one.condition == effect.condition)
+            .unwrap();
+        toy.rows[effect.condition].observed += one.detectable_bias(4.13);
+        let after = solve(&toy.problem(), Estimate::new(toy.parameters()), &tight()).unwrap();
+        let value = |solution: &Solution| solution.estimate.parameters.blocks()[0].value[2];
+        assert_relative_eq!(
+            (value(&after) - value(&before)).abs(),
+            4.13 * effect.size,
+            max_relative = 1e-6
+        );
+    }
+
+    /// A gross error is the worst condition, beyond the family-wise limit, and the survey is the same on one and two threads.
+    #[test]
+    fn gross_error_is_named() {
+        let mut toy = Toy::new(23, 1200, 4);
+        toy.rows[3210].observed += 8.0;
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| {
+                let solution =
+                    solve(&toy.problem(), Estimate::new(toy.parameters()), &tight()).unwrap();
+                assess(&toy.problem(), &solution, &QualityOptions::default()).unwrap()
+            })
+        };
+        let quality = run(1);
+        assert_eq!(quality.worst[0].condition, 3210);
+        assert!(quality.worst[0].normalised.abs() > quality.family.critical);
+        assert!(quality.worst[1].normalised.abs() < quality.family.critical);
+        assert_eq!(quality, run(2));
+    }
 }

@@ -97,6 +97,8 @@ pub struct Solution {
     pub(super) linearisation: Linearisation,
     /// Weighting of that linearisation.
     pub(super) weighting: Weighting,
+    /// Kernel that the conditions were solved with.
+    pub kernel: Kernel,
 }
 
 /// Solves a problem from a start.
@@ -329,7 +331,6 @@ impl<'a> Iteration<'a> {
         self.here = trial;
         self.linearisation = there;
         let lengths = self.linearisation.reduced.lengths();
-        let lengths = self.linearisation.reduced.lengths();
         self.metric
             .iter_mut()
             .zip(lengths)
@@ -379,6 +380,7 @@ impl<'a> Iteration<'a> {
             cofactor,
             linearisation: self.linearisation,
             weighting,
+            kernel: self.options.kernel,
         })
     }
 

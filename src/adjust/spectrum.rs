@@ -291,10 +291,17 @@ mod tests {
         let expected = -(&inverse * j.tr_mul(&rhs));
         let gradient: Vec<f64> = j.tr_mul(&rhs).iter().copied().collect();
         let diagonal: Vec<f64> = normal.diagonal().iter().copied().collect();
-        for spectrum in [
-            own(j.clone(), r.clone()),
-            Spectrum::of_normal(&normal, &gradient, &diagonal).unwrap(),
-        ] {
+        let root = Reduced::Root {
+            factor: j.clone(),
+            residuals: r,
+        };
+        let summed = Reduced::Normal {
+            matrix: normal,
+            gradient,
+            before: diagonal,
+        };
+        for reduced in [root, summed] {
+            let spectrum = reduced.spectrum(&reduced.lengths()).unwrap();
             for (found, expected) in spectrum.step(0.0).iter().zip(expected.iter()) {
                 assert_relative_eq!(found, expected, max_relative = 1e-11);
             }

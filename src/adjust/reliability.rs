@@ -1,0 +1,324 @@
+//! Redundancy, normalised residuals and detectable biases of single conditions, in one pass without storing them.
+
+use std::cmp::Ordering;
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::accumulate::{Pass, Weighted};
+use super::error::AdjustError;
+use super::linearise::{chunks, conditions_of, sees_chain, windows};
+use super::problem::Problem;
+use super::selected::{Backward, Covariances};
+use super::solve::Solution;
+
+/// Rows of a chunk of a set without chain.
+const CHUNK: usize = 4096;
+/// Windows of the chain judged at a time.
+const BATCH: usize = 16;
+/// Redundancy below which a condition is uncontrolled and its normalised residual meaningless.
+const CONTROLLED: f64 = 1e-6;
+
+/// Figures of one condition.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConditionQuality {
+    /// Set of conditions.
+    pub set: usize,
+    /// Index in the set.
+    pub condition: usize,
+    /// Observation group.
+    pub group: u16,
+    /// Residual of the condition, in its own unit.
+    pub residual: f64,
+    /// Standard deviation of its observations, in its own unit.
+    pub sigma: f64,
+    /// Redundancy number, 0 (uncontrolled) to 1 (no influence on the result).
+    pub redundancy: f64,
+    /// Residual over its own standard deviation, `w / (sigma sqrt r)`; zero where it is uncontrolled.
+    pub normalised: f64,
+}
+
+impl ConditionQuality {
+    /// Smallest bias of the condition that a test with non-centrality `delta0` finds, in its own unit.
+    pub fn detectable_bias(&self, delta0: f64) -> f64 {
+        delta0 * self.sigma / self.redundancy.sqrt()
+    }
+}
+
+/// Sums over an observation group.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GroupQuality {
+    /// Observation group.
+    pub group: u16,
+    /// Conditions that took part.
+    pub conditions: usize,
+    /// Sum of redundancy numbers.
+    pub redundancy: f64,
+    /// Weighted sum of squares.
+    pub omega: f64,
+    /// Largest normalised residual, without sign.
+    pub largest_normalised: f64,
+    /// Smallest redundancy number.
+    pub smallest_redundancy: f64,
+}
+
+/// Largest effect on a parameter of a bias that just escapes the test with non-centrality one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Effect {
+    /// Size, in the parameter's unit, per unit of non-centrality.
+    pub size: f64,
+    /// Set of the condition that causes it.
+    pub set: usize,
+    /// That condition.
+    pub condition: usize,
+}
+
+/// What one pass over the conditions finds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Survey {
+    pub groups: Vec<GroupQuality>,
+    pub worst: Vec<ConditionQuality>,
+    pub effects: Vec<Effect>,
+}
+
+impl Survey {
+    fn empty(columns: usize) -> Self {
+        Survey {
+            effects: vec![Effect::default(); columns],
+            ..Survey::default()
+        }
+    }
+
+    fn count(&mut self, one: &ConditionQuality, weight: f64) {
+        let group = usize::from(one.group);
+        while self.groups.len() <= group {
+            self.groups.push(empty_group(self.groups.len()));
+        }
+        let sums = &mut self.groups[group];
+        sums.conditions += 1;
+        sums.redundancy += one.redundancy;
+        sums.omega += weight * one.residual * one.residual;
+        sums.largest_normalised = sums.largest_normalised.max(one.normalised.abs());
+        sums.smallest_redundancy = sums.smallest_redundancy.min(one.redundancy);
+    }
+
+    /// Keeps the `keep` worst.
+    fn rank(&mut self, one: ConditionQuality, keep: usize) {
+        self.worst.push(one);
+        if self.worst.len() >= 2 * keep + 64 {
+            self.cut(keep);
+        }
+    }
+
+    fn cut(&mut self, keep: usize) {
+        self.worst.sort_unstable_by(worse);
+        self.worst.truncate(keep);
+    }
+
+    fn merge(&mut self, other: Survey, keep: usize) {
+        for (i, group) in other.groups.iter().enumerate() {
+            if i == self.groups.len() {
+                self.groups.push(empty_group(i));
+            }
+            add_group(&mut self.groups[i], group);
+        }
+        self.worst.extend(other.worst);
+        self.cut(keep);
+        for (mine, theirs) in self.effects.iter_mut().zip(other.effects) {
+            if theirs.size > mine.size {
+                *mine = theirs;
+            }
+        }
+    }
+}
+
+/// Worst first; the earlier one where they are alike.
+fn worse(a: &ConditionQuality, b: &ConditionQuality) -> Ordering {
+    let size = b.normalised.abs().total_cmp(&a.normalised.abs());
+    size.then((a.set, a.condition).cmp(&(b.set, b.condition)))
+}
+
+fn empty_group(group: usize) -> GroupQuality {
+    GroupQuality {
+        group: group as u16,
+        smallest_redundancy: 1.0,
+        ..GroupQuality::default()
+    }
+}
+
+fn add_group(sum: &mut GroupQuality, other: &GroupQuality) {
+    sum.conditions += other.conditions;
+    sum.redundancy += other.redundancy;
+    sum.omega += other.omega;
+    sum.largest_normalised = sum.largest_normalised.max(other.largest_normalised);
+    sum.smallest_redundancy = sum.smallest_redundancy.min(other.smallest_redundancy);
+}
+
+/// Judges every condition at a solution; the `keep` worst are returned one by one.
+pub(super) fn survey(
+    problem: &Problem,
+    solution: &Solution,
+    keep: usize,
+) -> Result<Survey, AdjustError> {
+    let judge = Judge {
+        pass: Pass {
+            problem,
+            at: &solution.estimate,
+            weighting: solution.weighting,
+        },
+        cofactor: &solution.cofactor,
+        keep,
+    };
+    let mut sum = judge.without_chain()?;
+    let free = solution.estimate.parameters.free_columns();
+    let inner = solution.linearisation.spectrum.cofactor();
+    if let (Some(model), Some(factor)) = (problem.chain, &solution.linearisation.factor) {
+        let columns = solution.estimate.parameters.columns();
+        let mut backward = Backward::new(model, factor, &free, columns, &inner);
+        for batch in windows(model).rchunks(BATCH) {
+            let covariances: Vec<_> = batch
+                .iter()
+                .rev()
+                .map(|window| backward.window(window.clone()))
+                .collect();
+            let parts: Result<Vec<_>, _> = covariances
+                .par_iter()
+                .map(|window| judge.window(window))
+                .collect();
+            parts?.into_iter().for_each(|part| sum.merge(part, keep));
+        }
+    }
+    sum.cut(keep);
+    Ok(sum)
+}
+
+struct Judge<'a> {
+    pass: Pass<'a>,
+    cofactor: &'a DMatrix<f64>,
+    keep: usize,
+}
+
+impl Judge<'_> {
+    fn without_chain(&self) -> Result<Survey, AdjustError> {
+        let problem = self.pass.problem;
+        let chunks = chunks(problem, CHUNK, |set| {
+            problem.chain.is_none() || !sees_chain(problem, set)
+        });
+        let part = |(set, range)| self.range(set, range, None);
+        let parts: Result<Vec<_>, AdjustError> = chunks.into_par_iter().map(part).collect();
+        let mut sum = Survey::empty(self.cofactor.ncols());
+        parts?
+            .into_iter()
+            .for_each(|part| sum.merge(part, self.keep));
+        Ok(sum)
+    }
+
+    fn window(&self, window: &Covariances) -> Result<Survey, AdjustError> {
+        let mut sum = Survey::empty(self.cofactor.ncols());
+        for set in
+            (0..self.pass.problem.sources.len()).filter(|set| sees_chain(self.pass.problem, *set))
+        {
+            let range = conditions_of(self.pass.problem, set, &window.intervals);
+            sum.merge(self.range(set, range, Some(window))?, self.keep);
+        }
+        Ok(sum)
+    }
+
+    fn range(
+        &self,
+        set: usize,
+        range: Range<usize>,
+        window: Option<&Covariances>,
+    ) -> Result<Survey, AdjustError> {
+        let mut sum = Survey::empty(self.cofactor.ncols());
+        let mut gain = vec![0.0; self.cofactor.ncols()];
+        self.pass.visit(set, range, |weighted| {
+            let variance = self.predicted_variance(weighted, window, &mut gain);
+            let one = self.figures(set, weighted, variance);
+            sum.count(&one, weighted.weight);
+            self.effects(&one, weighted, &gain, &mut sum.effects);
+            sum.rank(one, self.keep);
+        })?;
+        sum.cut(self.keep);
+        Ok(sum)
+    }
+
+    /// Variance of a condition's prediction from parameters and states; `gain` becomes its cofactors with the parameters.
+    fn predicted_variance(
+        &self,
+        weighted: &Weighted,
+        window: Option<&Covariances>,
+        gain: &mut [f64],
+    ) -> f64 {
+        let row = weighted.row;
+        gain.fill(0.0);
+        let mut variance = 0.0;
+        if let (Some(chain), Some(window)) = (&row.chain, window) {
+            variance = window.condition(chain, gain);
+            variance += self.along(weighted, gain);
+        }
+        for (column, value) in row.columns().iter().zip(row.values()) {
+            let cofactors = self.cofactor.column(usize::from(*column));
+            gain.iter_mut()
+                .zip(&cofactors)
+                .for_each(|(g, q)| *g += value * q);
+        }
+        variance + self.along(weighted, gain)
+    }
+
+    fn along(&self, weighted: &Weighted, gain: &[f64]) -> f64 {
+        let row = weighted.row;
+        row.columns()
+            .iter()
+            .zip(row.values())
+            .map(|(column, a)| a * gain[usize::from(*column)])
+            .sum()
+    }
+
+    fn figures(&self, set: usize, weighted: &Weighted, predicted: f64) -> ConditionQuality {
+        let (residual, sigma) = (weighted.row.misclosure, weighted.variance.sqrt());
+        let redundancy = (1.0 - weighted.weight * predicted).clamp(0.0, 1.0);
+        let controlled = redundancy > CONTROLLED;
+        let normalised = if controlled {
+            residual / (sigma * redundancy.sqrt())
+        } else {
+            0.0
+        };
+        let condition = weighted.condition;
+        let group = self.pass.problem.sources[set].conditions.group(condition);
+        ConditionQuality {
+            set,
+            condition,
+            group,
+            residual,
+            sigma,
+            redundancy,
+            normalised,
+        }
+    }
+
+    /// `Q A^T M^-1` times the detectable bias.
+    fn effects(
+        &self,
+        one: &ConditionQuality,
+        weighted: &Weighted,
+        gain: &[f64],
+        effects: &mut [Effect],
+    ) {
+        if one.redundancy <= CONTROLLED {
+            return;
+        }
+        let bias = weighted.weight * one.detectable_bias(1.0);
+        for (effect, gain) in effects.iter_mut().zip(gain) {
+            let size = (gain * bias).abs();
+            if size > effect.size {
+                *effect = Effect {
+                    size,
+                    set: one.set,
+                    condition: one.condition,
+                };
+            }
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! Selected inverse: the covariance blocks that single conditions need, by backward recursion over the factor.
+//!
+//! From `s_k = L^-T (e - U s_(k+1) - W x)` with unit white `e` (Takahashi's equations in block form; Triggs et al. 2000,
+//! app. B.4):
+//! `Q_kx = -L^-T (U Q_(k+1)x + W Q_xx)`, `Q_k(k+1) = -L^-T (U Q_(k+1)(k+1) + W Q_x(k+1))`,
+//! `Q_kk = L^-T (L^-1 - U Q_(k+1)k - W Q_xk)`.
+
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
+use super::chain::{ChainModel, VISIBLE};
+use super::condition::ChainRow;
+use super::elimination::{Factor, with_size};
+
+type Block = [[f64; VISIBLE]; VISIBLE];
+
+/// Cofactors of the visible quantities of a stretch of epochs.
+pub(super) struct Covariances {
+    /// Intervals covered; one epoch more than intervals.
+    pub intervals: Range<usize>,
+    columns: usize,
+    own: Vec<Block>,
+    next: Vec<Block>,
+    /// Visible quantities by all columns, epoch after epoch.
+    border: Vec<f64>,
+}
+
+impl Covariances {
+    /// Adds to `gain` the cofactors of the interpolated visible quantities with all columns, weighted by a condition's
+    /// derivatives; returns the condition's variance from the visible quantities alone.
+    pub(super) fn condition(&self, chain: &ChainRow, gain: &mut [f64]) -> f64 {
+        let local = chain.interval as usize - self.intervals.start;
+        let (w0, w1) = (chain.weight0, chain.weight1);
+        let mut variance = 0.0;
+        for (i, a) in chain.visible.iter().enumerate() {
+            self.add_border(local, i, a * w0, gain);
+            self.add_border(local + 1, i, a * w1, gain);
+            for (j, b) in chain.visible.iter().enumerate() {
+                let cross = self.next[local][i][j] + self.next[local][j][i];
+                let own = w0 * w0 * self.own[local][i][j] + w1 * w1 * self.own[local + 1][i][j];
+                variance += a * b * (own + w0 * w1 * cross);
+            }
+        }
+        variance
+    }
+
+    fn add_border(&self, local: usize, i: usize, factor: f64, gain: &mut [f64]) {
+        let row = &self.border[(local * VISIBLE + i) * self.columns..][..self.columns];
+        gain.iter_mut().zip(row).for_each(|(g, q)| *g += factor * q);
+    }
+}
+
+/// The recursion, from the last epoch to the first.
+pub(super) struct Backward<'a> {
+    model: &'a ChainModel,
+    factor: &'a Factor,
+    free: &'a [usize],
+    columns: usize,
+    /// Cofactors of the free columns.
+    parameters: &'a DMatrix<f64>,
+    /// Cofactors of the epoch last visited: its states, and its states by free columns.
+    own: Vec<f64>,
+    border: Vec<f64>,
+    started: bool,
+}
+
+impl<'a> Backward<'a> {
+    pub(super) fn new(
+        model: &'a ChainModel,
+        factor: &'a Factor,
+        free: &'a [usize],
+        columns: usize,
+        parameters: &'a DMatrix<f64>,
+    ) -> Self {
+        let n = factor.size;
+        let (own, border) = (vec![0.0; n * n], vec![0.0; n * free.len()]);
+        Backward {
+            model,
+            factor,
+            free,
+            columns,
+            parameters,
+            own,
+            border,
+            started: false,
+        }
+    }
+
+    /// Cofactors of a window's epochs. Windows must come from the last to the first.
+    pub(super) fn window(&mut self, intervals: Range<usize>) -> Covariances {
+        let epochs = intervals.len() + 1;
+        let mut out = Covariances {
+            columns: self.columns,
+            own: vec![Block::default(); epochs],
+            next: vec![Block::default(); intervals.len()],
+            border: vec![0.0; epochs * VISIBLE * self.columns],
+            intervals: intervals.clone(),
+        };
+        if !self.started {
+            with_size!(self.factor.size, N => self.step::<N>(intervals.end));
+            self.started = true;
+        }
+        self.keep(epochs - 1, &mut out);
+        for epoch in intervals.clone().rev() {
+            let local = epoch - intervals.start;
+            out.next[local] = with_size!(self.factor.size, N => self.step::<N>(epoch));
+            self.keep(local, &mut out);
+        }
+        out
+    }
+
+    /// Moves to the epoch before; returns the visible cofactors between it and the one it comes from.
+    fn step<const N: usize>(&mut self, epoch: usize) -> Block {
+        let lower = self.factor.lower_block::<N>(epoch);
+        let next = self.factor.next_block::<N>(epoch);
+        let width = self.free.len();
+        let weights = &self.factor.border[epoch * N * self.factor.width..][..N * self.factor.width];
+        let cross = self.cross::<N>(&lower, &next, weights);
+        let mut border = vec![0.0; N * width];
+        for i in 0..N {
+            let row = &mut border[i * width..(i + 1) * width];
+            for (factor, ahead) in next[i].iter().zip(self.border.chunks_exact(width.max(1))) {
+                add(row, -factor, ahead);
+            }
+            for (j, factor) in weights[i * self.factor.width..][..width].iter().enumerate() {
+                add(row, -factor, self.parameters.column(j).as_slice());
+            }
+        }
+        backward(&lower, &mut border, width);
+        let mut own = inverse(&lower);
+        for i in 0..N {
+            for j in 0..N {
+                let states: f64 = (0..N).map(|k| next[i][k] * cross[j][k]).sum();
+                let weights = &weights[i * self.factor.width..][..width];
+                own[i][j] -= states + dot(weights, &border[j * width..(j + 1) * width]);
+            }
+        }
+        backward(&lower, own.as_flattened_mut(), N);
+        self.own.copy_from_slice(own.as_flattened());
+        self.border = border;
+        self.visible(cross.as_flattened())
+    }
+
+    /// `Q_k(k+1)`.
+    fn cross<const N: usize>(
+        &self,
+        lower: &[[f64; N]; N],
+        next: &[[f64; N]; N],
+        weights: &[f64],
+    ) -> [[f64; N]; N] {
+        let width = self.free.len();
+        let mut cross = [[0.0; N]; N];
+        for i in 0..N {
+            for (factor, ahead) in next[i].iter().zip(self.own.chunks_exact(N)) {
+                add(&mut cross[i], -factor, ahead);
+            }
+            let weights = &weights[i * self.factor.width..][..width];
+            for j in 0..N {
+                cross[i][j] -= dot(weights, &self.border[j * width..(j + 1) * width]);
+            }
+        }
+        backward(lower, cross.as_flattened_mut(), N);
+        cross
+    }
+
+    /// Sums cofactors of states to those of visible quantities.
+    fn visible(&self, states: &[f64]) -> Block {
+        let mut block = Block::default();
+        for (i, a) in self.model.processes().iter().enumerate() {
+            for (j, b) in self.model.processes().iter().enumerate() {
+                block[a.component][b.component] += states[i * self.factor.size + j];
+            }
+        }
+        block
+    }
+
+    fn keep(&self, local: usize, out: &mut Covariances) {
+        out.own[local] = self.visible(&self.own);
+        for (i, process) in self.model.processes().iter().enumerate() {
+            let row = &mut out.border[(local * VISIBLE + process.component) * self.columns..];
+            for (j, column) in self.free.iter().enumerate() {
+                row[*column] += self.border[i * self.free.len() + j];
+            }
+        }
+    }
+}
+
+fn add(out: &mut [f64], factor: f64, row: &[f64]) {
+    out.iter_mut().zip(row).for_each(|(o, r)| *o += factor * r);
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `X <- L^-T X` for N rows of any width; the diagonal of `lower` is inverted.
+fn backward<const N: usize>(lower: &[[f64; N]; N], x: &mut [f64], width: usize) {
+    for i in (0..N).rev() {
+        let (before, rest) = x.split_at_mut(i * width);
+        let row = &mut rest[..width];
+        row.iter_mut().for_each(|a| *a *= lower[i][i]);
+        for (factor, other) in lower[i].iter().zip(before.chunks_exact_mut(width.max(1))) {
+            add(other, -factor, row);
+        }
+    }
+}
+
+/// `L^-1`.
+fn inverse<const N: usize>(lower: &[[f64; N]; N]) -> [[f64; N]; N] {
+    let mut inverse = [[0.0; N]; N];
+    for i in 0..N {
+        let (done, rest) = inverse.split_at_mut(i);
+        rest[0][i] = 1.0;
+        for (factor, other) in lower[i].iter().zip(done.iter()) {
+            add(&mut rest[0], -factor, other);
+        }
+        rest[0].iter_mut().for_each(|a| *a *= lower[i][i]);
+    }
+    inverse
+}
