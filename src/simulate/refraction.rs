@@ -1,0 +1,94 @@
+//! Bent rays: the ray equation integrated step by step, so that nothing is shared with the estimator's closed form.
+
+use nalgebra::Vector3;
+
+use super::scene::{Hit, Ray};
+use crate::observe::SoundSpeedProfile;
+
+/// Length of a step, metres; the midpoint rule's error is below a micrometre at 10 m for gradients of 1/s.
+const STEP_M: f64 = 0.1;
+
+/// One-way travel time to the surface that a ray hit, and the cosine at which it struck.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Path {
+    /// One-way travel time, seconds.
+    pub(super) time_s: f64,
+    /// Cosine between ray and normal.
+    pub(super) cosine: f64,
+}
+
+/// Follows a ray until it hits something; `None` when it leaves the water or comes to `limit_m` first.
+///
+/// Ray equation: `d(direction)/ds = -(grad c - (grad c . direction) direction) / c`.
+pub(super) fn trace(
+    water: &SoundSpeedProfile,
+    level_m: f64,
+    start: &Ray,
+    limit_m: f64,
+    cast: impl Fn(&Ray) -> Option<Hit>,
+) -> Option<Path> {
+    let mut ray = *start;
+    let mut time_s = 0.0;
+    for _ in 0..(limit_m / STEP_M) as usize {
+        let turn = |at: &Vector3<f64>, direction: &Vector3<f64>| {
+            let (speed, per_metre) = speed_and_gradient(water, level_m - at.z);
+            let gradient = Vector3::new(0.0, 0.0, -per_metre);
+            (
+                speed,
+                (direction * gradient.dot(direction) - gradient) / speed,
+            )
+        };
+        let (_, bend) = turn(&ray.origin_m, &ray.direction);
+        let half = (ray.direction + bend * (0.5 * STEP_M)).normalize();
+        let (speed, bend) = turn(&(ray.origin_m + half * (0.5 * STEP_M)), &half);
+        let chord = Ray {
+            origin_m: ray.origin_m,
+            direction: half,
+        };
+        if let Some(hit) = cast(&chord).filter(|hit| hit.range_m <= STEP_M) {
+            return Some(Path {
+                time_s: time_s + hit.range_m / speed,
+                cosine: hit.cosine,
+            });
+        }
+        ray.origin_m += half * STEP_M;
+        ray.direction = (ray.direction + bend * STEP_M).normalize();
+        time_s += STEP_M / speed;
+        if ray.origin_m.z >= level_m {
+            return None;
+        }
+    }
+    None
+}
+
+/// How far a bent ray can be from the straight one at this range, metres.
+pub(super) fn largest_bend_m(water: &SoundSpeedProfile, range_m: f64) -> f64 {
+    let slope = |k: usize| {
+        (water.speed_m_s[k + 1] - water.speed_m_s[k]) / (water.depth_m[k + 1] - water.depth_m[k])
+    };
+    let steepest = (1..water.depth_m.len())
+        .map(|k| slope(k - 1).abs())
+        .fold(0.0, f64::max);
+    let slowest = water
+        .speed_m_s
+        .iter()
+        .copied()
+        .fold(f64::INFINITY, f64::min);
+    range_m * range_m * steepest / (2.0 * slowest)
+}
+
+/// Speed (metres per second) and its change per metre of depth; constant above the first and below the last sample.
+fn speed_and_gradient(water: &SoundSpeedProfile, depth_m: f64) -> (f64, f64) {
+    let below = water.depth_m.partition_point(|&d| d <= depth_m);
+    let last = water.depth_m.len() - 1;
+    if below == 0 {
+        return (water.speed_m_s[0], 0.0);
+    }
+    if below > last {
+        return (water.speed_m_s[last], 0.0);
+    }
+    let (d0, d1) = (water.depth_m[below - 1], water.depth_m[below]);
+    let (c0, c1) = (water.speed_m_s[below - 1], water.speed_m_s[below]);
+    let gradient = (c1 - c0) / (d1 - d0);
+    (c0 + gradient * (depth_m - d0), gradient)
+}
