@@ -1,0 +1,180 @@
+//! What is wrong with a file, and where.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// The header line or block.
+    Header,
+    /// A line of a text file, counted from 1, and the column's name.
+    Line {
+        /// Line, counted from 1.
+        line: u64,
+        /// Name of the column, empty when the whole line is meant.
+        column: String,
+    },
+    /// A record of a binary file, counted from 0, and where it begins.
+    Record {
+        /// Record, counted from 0.
+        record: u64,
+        /// Offset of its first byte.
+        byte: u64,
+    },
+    /// A record of a compressed file, counted from 0.
+    Point(u64),
+    /// An offset in bytes.
+    Byte(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File => write!(f, "whole file"),
+            Self::Header => write!(f, "header"),
+            Self::Line { line, column } if column.is_empty() => write!(f, "line {line}"),
+            Self::Line { line, column } => write!(f, "line {line}, column {column}"),
+            Self::Record { record, byte } => write!(f, "record {record} (byte {byte})"),
+            Self::Point(point) => write!(f, "point {point}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+        }
+    }
+}
+
+/// Kind of a fault, for callers that treat kinds differently.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultKind {
+    /// Missing, a folder, no permission, or a read that failed.
+    Unreadable,
+    /// No extension or content that a reader knows.
+    UnknownFormat,
+    /// Nothing in it.
+    Empty,
+    /// It ends too early.
+    Truncated,
+    /// A column that must be there is not.
+    MissingColumn,
+    /// A value that cannot be read or cannot be.
+    BadValue,
+    /// Times that do not ascend.
+    Order,
+    /// The values make sense in another unit.
+    WrongUnit,
+    /// The file could not be written.
+    Unwritable,
+}
+
+/// One fault of one file: where, what was found, what was expected.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{}: {place}: found {found}, expected {expected}", file.display())]
+pub struct FormatError {
+    /// Its kind.
+    pub kind: FaultKind,
+    /// The file.
+    pub file: PathBuf,
+    /// The place in it.
+    pub place: Place,
+    /// What was found there.
+    pub found: String,
+    /// What was expected there.
+    pub expected: String,
+}
+
+impl FormatError {
+    /// From its parts.
+    #[must_use]
+    pub fn new(
+        kind: FaultKind,
+        file: &Path,
+        place: Place,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Self {
+        let (file, found, expected) = (file.to_owned(), found.into(), expected.into());
+        Self {
+            kind,
+            file,
+            place,
+            found,
+            expected,
+        }
+    }
+
+    /// A file that cannot be opened or read.
+    #[must_use]
+    pub fn unreadable(file: &Path, error: &std::io::Error) -> Self {
+        let found = match error.kind() {
+            std::io::ErrorKind::NotFound => "no such file".to_owned(),
+            std::io::ErrorKind::PermissionDenied => "no permission to read it".to_owned(),
+            std::io::ErrorKind::IsADirectory => "a folder".to_owned(),
+            _ => format!("\"{error}\""),
+        };
+        Self::new(
+            FaultKind::Unreadable,
+            file,
+            Place::File,
+            found,
+            "a readable file",
+        )
+    }
+
+    /// A file that cannot be written.
+    #[must_use]
+    pub fn unwritable(file: &Path, error: &dyn fmt::Display) -> Self {
+        Self::new(
+            FaultKind::Unwritable,
+            file,
+            Place::File,
+            format!("\"{error}\""),
+            "a place to write to",
+        )
+    }
+
+    /// A file whose extension no reader claims.
+    #[must_use]
+    pub fn unknown_extension(file: &Path, expected: &str) -> Self {
+        let found = file
+            .extension()
+            .map_or("no extension".to_owned(), |e| format!("extension {e:?}"));
+        Self::new(
+            FaultKind::UnknownFormat,
+            file,
+            Place::File,
+            found,
+            format!("one of {expected}"),
+        )
+    }
+}
+
+/// Opens a file for reading and gives its size in bytes; a folder is refused.
+///
+/// # Errors
+/// [`FormatError`] of kind `Unreadable`.
+pub fn open(path: &Path) -> Result<(std::fs::File, u64), FormatError> {
+    let unreadable = |error: std::io::Error| FormatError::unreadable(path, &error);
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    let metadata = file.metadata().map_err(unreadable)?;
+    if metadata.is_dir() {
+        return Err(unreadable(std::io::ErrorKind::IsADirectory.into()));
+    }
+    Ok((file, metadata.len()))
+}
+
+/// A piece of a file fit for a message: printable, at most 40 characters, in quotes.
+#[must_use]
+pub fn quoted(bytes: &[u8]) -> String {
+    let text: String = String::from_utf8_lossy(bytes)
+        .chars()
+        .take(41)
+        .map(|c| if c.is_control() { '?' } else { c })
+        .collect();
+    match text.char_indices().nth(40) {
+        Some((cut, _)) => format!("\"{}...\"", &text[..cut]),
+        None => format!("\"{text}\""),
+    }
+}

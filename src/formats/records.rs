@@ -1,0 +1,152 @@
+//! The columns that files hold, before a survey adds noise, frames and policies.
+
+use crate::geometry::Ellipsoid;
+use crate::observe::{
+    GeodeticTrajectory, LaserCoordinates, LaserNoise, LaserScan, Outside, SonarNoise,
+    SoundingRange, Soundings, TrajectoryNoise,
+};
+
+/// A trajectory file's columns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TrajectoryRecords {
+    /// Time, seconds, strictly ascending.
+    pub time_s: Vec<f64>,
+    /// Geodetic latitude, radians.
+    pub latitude_rad: Vec<f64>,
+    /// Longitude, radians.
+    pub longitude_rad: Vec<f64>,
+    /// Ellipsoidal height, metres.
+    pub height_m: Vec<f64>,
+    /// Roll, radians, positive starboard down.
+    pub roll_rad: Vec<f64>,
+    /// Pitch, radians, positive bow up.
+    pub pitch_rad: Vec<f64>,
+    /// True heading, radians, clockwise from north.
+    pub heading_rad: Vec<f64>,
+    /// Velocity east, north, up, metres per second, where the file holds it.
+    pub velocity_m_s: Option<Vec<[f64; 3]>>,
+}
+
+impl TrajectoryRecords {
+    /// Number of records.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Whether there is no record.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+
+    /// With what the file does not say.
+    #[must_use]
+    pub fn into_trajectory(
+        self,
+        ellipsoid: Ellipsoid,
+        noise: TrajectoryNoise,
+        max_gap_s: f64,
+        outside: Outside,
+    ) -> GeodeticTrajectory {
+        GeodeticTrajectory {
+            ellipsoid,
+            time_s: self.time_s,
+            latitude_rad: self.latitude_rad,
+            longitude_rad: self.longitude_rad,
+            height_m: self.height_m,
+            roll_rad: self.roll_rad,
+            pitch_rad: self.pitch_rad,
+            heading_rad: self.heading_rad,
+            velocity_m_s: self.velocity_m_s,
+            noise,
+            max_gap_s,
+            outside,
+        }
+    }
+}
+
+/// A laser file's columns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LaserRecords {
+    /// Time, seconds, not descending.
+    pub time_s: Vec<f64>,
+    /// First coordinate, metres.
+    pub x_m: Vec<f64>,
+    /// Second coordinate, metres.
+    pub y_m: Vec<f64>,
+    /// Third coordinate, metres.
+    pub z_m: Vec<f64>,
+}
+
+impl LaserRecords {
+    /// Number of returns.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Whether there is no return.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+
+    /// With what the file does not say.
+    #[must_use]
+    pub fn into_scan(self, coordinates: LaserCoordinates, noise: LaserNoise) -> LaserScan {
+        LaserScan {
+            time_s: self.time_s,
+            x_m: self.x_m,
+            y_m: self.y_m,
+            z_m: self.z_m,
+            coordinates,
+            noise,
+        }
+    }
+}
+
+/// A soundings file's columns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SoundingRecords {
+    /// Time of the ping, seconds, not descending.
+    pub time_s: Vec<f64>,
+    /// Ping number.
+    pub ping: Vec<u32>,
+    /// Beam number within the ping.
+    pub beam: Vec<u32>,
+    /// Across-track angle, radians, positive to starboard.
+    pub across_rad: Vec<f64>,
+    /// Along-track angle, radians, positive forward.
+    pub along_rad: Vec<f64>,
+    /// Ranges or two-way travel times.
+    pub range: SoundingRange,
+}
+
+impl SoundingRecords {
+    /// Number of soundings.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Whether there is no sounding.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+
+    /// With what the file does not say.
+    #[must_use]
+    pub fn into_soundings(self, noise: SonarNoise) -> Soundings {
+        Soundings {
+            time_s: self.time_s,
+            ping: self.ping,
+            beam: self.beam,
+            across_rad: self.across_rad,
+            along_rad: self.along_rad,
+            range: self.range,
+            noise,
+        }
+    }
+}

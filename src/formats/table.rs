@@ -1,0 +1,329 @@
+//! Reading a CSV table of numbers column by column: names in the first line, in any order, extra columns ignored.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use csv::{ByteRecord, ReaderBuilder};
+
+use super::error::{FaultKind, FormatError, Place, quoted};
+
+/// What a column may hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+    /// In words, for the message.
+    pub expected: &'static str,
+}
+
+impl Limits {
+    /// Any finite number.
+    pub const FINITE: Self = Self {
+        min: f64::MIN,
+        max: f64::MAX,
+        expected: "a finite number",
+    };
+
+    /// Whether the value lies within; never for NaN.
+    #[must_use]
+    pub fn contain(&self, value: f64) -> bool {
+        value >= self.min && value <= self.max
+    }
+}
+
+/// A table being read row by row.
+#[derive(Debug)]
+pub struct Table<R> {
+    file: PathBuf,
+    reader: csv::Reader<R>,
+    header: ByteRecord,
+    row: ByteRecord,
+    names: Vec<&'static str>,
+    fields: Vec<Option<usize>>,
+    size: u64,
+    expected_rows: usize,
+}
+
+impl<R: Read> Table<R> {
+    /// Reads the header line; `file` and `size` (bytes) are for messages and for estimating the number of rows.
+    ///
+    /// # Errors
+    /// [`FormatError`]: empty file, a required column missing or a known one there twice.
+    pub fn open(
+        file: &Path,
+        source: R,
+        size: u64,
+        required: &[&'static str],
+        optional: &[&'static str],
+    ) -> Result<Self, FormatError> {
+        let mut reader = ReaderBuilder::new()
+            .has_headers(false)
+            .buffer_capacity(1 << 18)
+            .from_reader(source);
+        let mut header = ByteRecord::new();
+        if !reader
+            .read_byte_record(&mut header)
+            .map_err(|e| translate(file, &e, &header))?
+        {
+            let expected = format!("a header line with {}", required.join(","));
+            return Err(FormatError::new(
+                FaultKind::Empty,
+                file,
+                Place::File,
+                "an empty file",
+                expected,
+            ));
+        }
+        let names: Vec<_> = required.iter().chain(optional).copied().collect();
+        let fields = names
+            .iter()
+            .enumerate()
+            .map(|(k, name)| find(file, &header, name, k < required.len()))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            file: file.to_owned(),
+            reader,
+            header,
+            row: ByteRecord::new(),
+            names,
+            fields,
+            size,
+            expected_rows: 0,
+        })
+    }
+
+    /// Whether the optional column, counted on from the required ones, is there.
+    #[must_use]
+    pub fn has(&self, column: usize) -> bool {
+        self.fields[column].is_some()
+    }
+
+    /// The error that none of these columns is there.
+    #[must_use]
+    pub fn missing(&self, names: &[&str]) -> FormatError {
+        missing_column(&self.file, &self.header, names)
+    }
+
+    /// Reads the next row; `false` at the end.
+    ///
+    /// # Errors
+    /// [`FormatError`] when the row has another number of fields than the header, or reading fails.
+    pub fn next_row(&mut self) -> Result<bool, FormatError> {
+        let more = self
+            .reader
+            .read_byte_record(&mut self.row)
+            .map_err(|e| translate(&self.file, &e, &self.row))?;
+        if more && self.expected_rows == 0 {
+            let length = self.row.as_slice().len() + self.row.len();
+            self.expected_rows = (self.size / length.max(2) as u64) as usize + 1;
+        }
+        Ok(more)
+    }
+
+    /// Estimated number of rows, known from the first row on.
+    #[must_use]
+    pub fn expected_rows(&self) -> usize {
+        self.expected_rows
+    }
+
+    /// The number in a column of this row; `None` when the column is not there.
+    ///
+    /// # Errors
+    /// [`FormatError`] when it is not a number or outside the limits.
+    pub fn optional_number(
+        &self,
+        column: usize,
+        limits: &Limits,
+    ) -> Result<Option<f64>, FormatError> {
+        let Some(field) = self.fields[column].and_then(|f| self.row.get(f)) else {
+            return Ok(None);
+        };
+        match parse(field) {
+            Some(value) if limits.contain(value) => Ok(Some(value)),
+            _ => Err(self.bad_value(column, limits.expected)),
+        }
+    }
+
+    /// The number in a required column of this row.
+    ///
+    /// # Errors
+    /// [`FormatError`] when it is not a number or outside the limits.
+    pub fn number(&self, column: usize, limits: &Limits) -> Result<f64, FormatError> {
+        self.optional_number(column, limits)?
+            .ok_or_else(|| self.bad_value(column, limits.expected))
+    }
+
+    /// The whole number in a required column of this row.
+    ///
+    /// # Errors
+    /// [`FormatError`] when it is none or does not fit 32 bits.
+    pub fn count(&self, column: usize) -> Result<u32, FormatError> {
+        let field = self.fields[column].and_then(|f| self.row.get(f));
+        field
+            .and_then(|f| std::str::from_utf8(f.trim_ascii()).ok()?.parse().ok())
+            .ok_or_else(|| self.bad_value(column, "a whole number from 0 to 4294967295"))
+    }
+
+    /// The error that this row's value in a column is not what was expected.
+    #[must_use]
+    pub fn bad_value(&self, column: usize, expected: &str) -> FormatError {
+        let field = self.fields[column]
+            .and_then(|f| self.row.get(f))
+            .unwrap_or_default();
+        self.fault(FaultKind::BadValue, column, quoted(field), expected)
+    }
+
+    /// A fault in a column of this row.
+    #[must_use]
+    pub fn fault(
+        &self,
+        kind: FaultKind,
+        column: usize,
+        found: String,
+        expected: &str,
+    ) -> FormatError {
+        let place = Place::Line {
+            line: self.row.position().map_or(0, csv::Position::line),
+            column: self.names[column].to_owned(),
+        };
+        FormatError::new(kind, &self.file, place, found, expected)
+    }
+
+    /// The error that a table holds no row.
+    #[must_use]
+    pub fn no_rows(&self) -> FormatError {
+        FormatError::new(
+            FaultKind::Empty,
+            &self.file,
+            Place::File,
+            "a header line and nothing else",
+            "at least one row",
+        )
+    }
+
+    /// Checks that a time follows the one before: strictly, or not descending.
+    ///
+    /// # Errors
+    /// [`FormatError`] of kind `Order`.
+    pub fn check_order(
+        &self,
+        column: usize,
+        before: Option<f64>,
+        time_s: f64,
+        strict: bool,
+    ) -> Result<(), FormatError> {
+        match before {
+            Some(t) if time_s < t || (strict && time_s == t) => {
+                let found = if time_s == t {
+                    format!("{time_s} a second time")
+                } else {
+                    format!("{time_s} after {t}")
+                };
+                let expected = if strict {
+                    "strictly ascending times"
+                } else {
+                    "ascending times"
+                };
+                Err(self.fault(FaultKind::Order, column, found, expected))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn parse(field: &[u8]) -> Option<f64> {
+    std::str::from_utf8(field.trim_ascii()).ok()?.parse().ok()
+}
+
+/// The field with this name, trimmed, letters of either case.
+fn find(
+    file: &Path,
+    header: &ByteRecord,
+    name: &str,
+    required: bool,
+) -> Result<Option<usize>, FormatError> {
+    let same = |f: &[u8]| f.trim_ascii().eq_ignore_ascii_case(name.as_bytes());
+    let mut hits = header.iter().enumerate().filter(|(_, f)| same(f));
+    match (hits.next(), hits.next()) {
+        (Some((k, _)), None) => Ok(Some(k)),
+        (None, _) if required => Err(missing_column(file, header, &[name])),
+        (None, _) => Ok(None),
+        (Some(_), Some(_)) => Err(FormatError::new(
+            FaultKind::BadValue,
+            file,
+            Place::Line {
+                line: 1,
+                column: name.to_owned(),
+            },
+            "this column twice",
+            "it once",
+        )),
+    }
+}
+
+/// The error that none of the columns `names` is in the header; the nearest one there is suggested.
+fn missing_column(file: &Path, header: &ByteRecord, names: &[&str]) -> FormatError {
+    let wanted = names.join(" or ");
+    let columns: Vec<String> = header
+        .iter()
+        .map(|f| quoted(f.trim_ascii()).trim_matches('"').to_owned())
+        .collect();
+    let similar = |a: &String| {
+        names
+            .iter()
+            .map(|n| strsim::jaro_winkler(n, a))
+            .fold(0.0, f64::max)
+    };
+    let nearest = columns
+        .iter()
+        .filter(|c| similar(c) > 0.75)
+        .max_by(|a, b| similar(a).total_cmp(&similar(b)));
+    let mut found = quoted(columns.join(",").as_bytes());
+    if header.iter().all(|f| parse(f).is_some()) {
+        found.push_str(" (numbers instead of column names)");
+    } else if let Some(nearest) = nearest {
+        found.push_str(&format!(" (nearest column: {nearest})"));
+    } else if columns.len() == 1 && (columns[0].contains(';') || columns[0].contains('?')) {
+        found.push_str(" (no comma between columns)");
+    }
+    let place = Place::Line {
+        line: 1,
+        column: wanted.clone(),
+    };
+    FormatError::new(
+        FaultKind::MissingColumn,
+        file,
+        place,
+        found,
+        format!("a column {wanted}"),
+    )
+}
+
+fn translate(file: &Path, error: &csv::Error, row: &ByteRecord) -> FormatError {
+    match error.kind() {
+        csv::ErrorKind::Io(io) => FormatError::unreadable(file, io),
+        csv::ErrorKind::UnequalLengths {
+            pos,
+            expected_len,
+            len,
+        } => FormatError::new(
+            FaultKind::BadValue,
+            file,
+            Place::Line {
+                line: pos.as_ref().map_or(0, csv::Position::line),
+                column: String::new(),
+            },
+            format!("{len} fields ({})", quoted(row.as_slice())),
+            format!("{expected_len} as in the header"),
+        ),
+        _ => FormatError::new(
+            FaultKind::BadValue,
+            file,
+            Place::File,
+            quoted(error.to_string().as_bytes()),
+            "comma-separated values",
+        ),
+    }
+}
