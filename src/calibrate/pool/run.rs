@@ -12,7 +12,7 @@ use super::ties::{self, Tie, TieSet};
 use super::verdict::Refusal;
 use crate::adjust::AdjustError;
 use crate::geometry::ellipsoid::TargetPose;
-use crate::geometry::plane::Plane;
+use crate::geometry::plane::{Plane, PlaneFit};
 use crate::georef::{RayError, georeference};
 use crate::matching::{Patches, Water};
 use crate::observe::{Campaign, Mounting, PoseSample};
@@ -203,12 +203,19 @@ fn pooled(target: &Target, held: &[Held], mounting: &Mounting) -> RoleSoundings 
     roles
 }
 
+/// A group's plane moved along its normal to the faces' design position.
+fn at_face(mut fit: PlaneFit, offset_m: f64) -> PlaneFit {
+    fit.plane.offset_m += offset_m;
+    fit.centroid_m += fit.plane.normal * offset_m;
+    fit
+}
+
 /// The scanner's side of the reference path.
 fn scanner_planes(outcome: &PoolOutcome) -> Result<ScannerPlanes, SequentialError> {
     let target = outcome.scene.target;
     let fit = |role: Role, plane: &'static str| {
-        let group = target.group_of_role(role);
-        let found = group.and_then(|g| outcome.planes[g]).map(|p| p.fit);
+        let face = target.faces.iter().position(|f| f.role == role);
+        let found = face.and_then(|f| Some(at_face(outcome.planes[target.faces[f].group]?.fit, target.design_offset_m(f))));
         found.ok_or(SequentialError::TooFewSoundings { plane, found: 0, expected: 20 })
     };
     let mut sums = vec![(0usize, Vector3::zeros()); target.faces.len()];
