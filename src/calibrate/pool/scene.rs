@@ -14,7 +14,7 @@ use crate::target::Target;
 const PRIOR_ORIGIN_M: f64 = 0.5;
 const PRIOR_AZIMUTH_RAD: f64 = 0.035;
 /// Points that the rough registrations use at the most.
-const REGISTRATION_POINTS: usize = 4000;
+const REGISTRATION_POINTS: usize = 2500;
 /// Rows per parallel task.
 const CHUNK: usize = 16_384;
 
