@@ -1,4 +1,4 @@
-//! Real shipborne laser points (CIDCO LidarToolkit, spheres and targets in port): their stored coordinates must follow from the
+//! Real shipborne laser points (CIDCO `LidarToolkit`, spheres and targets in port): their stored coordinates must follow from the
 //! stored scanner vectors, attitude, platform position, lever arm and boresight through our georeferencing.
 //!
 //! The data are not part of the project: `BORESIGHT_DATA` names the folder that holds `spheres/`.

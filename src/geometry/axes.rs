@@ -2,7 +2,7 @@
 //!
 //! | source | body axes | level axes | heading, pitch, roll positive |
 //! |---|---|---|---|
-//! | ours, NovAtel SPAN vehicle frame | right, forward, up | east, north, up | clockwise, bow up, starboard down |
+//! | ours, `NovAtel` SPAN vehicle frame | right, forward, up | east, north, up | clockwise, bow up, starboard down |
 //! | Applanix, Kongsberg | forward, right, down | north, east, down | clockwise, bow up, starboard down |
 //! | ROS REP 103 | forward, left, up | north, west, up | counter-clockwise, bow down, starboard down |
 //!

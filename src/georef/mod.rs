@@ -11,3 +11,8 @@ pub use equation::{NormalPartials, along_normal, georeference};
 pub use localise::{Localised, local_trajectory};
 pub use rays::{Layers, RayEnd, RayError};
 pub use refraction::{Launch, Water};
+
+/// Compiles the code of the method page.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/georeferencing.md")]
+struct MethodPage;

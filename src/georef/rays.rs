@@ -81,9 +81,25 @@ pub struct RayEnd {
 struct Ray {
     horizontal_m: f64,
     depth_m: f64,
-    sine: f64,
     cosine: f64,
     speed_m_s: f64,
+    constant: Constant,
+}
+
+/// What does not change along a ray: Snell's `p = sin(theta) / c`, and the launch that fixes |cos| at every speed.
+#[derive(Clone, Copy, Debug)]
+struct Constant {
+    slowness_s_m: f64,
+    launch_speed_m_s: f64,
+    launch_cosine_squared: f64,
+}
+
+impl Constant {
+    /// `cos^2` where the speed is `c`: `cos0^2 - p^2 (c - c0)(c + c0)`; negative where the ray does not go.
+    fn cosine_squared(&self, c: f64) -> f64 {
+        let bend = (c - self.launch_speed_m_s) * (c + self.launch_speed_m_s);
+        self.launch_cosine_squared - self.slowness_s_m * self.slowness_s_m * bend
+    }
 }
 
 impl Layers {
@@ -157,12 +173,17 @@ impl Layers {
         if !(sine >= 0.0 && cosine.is_finite()) {
             return Err(RayError::Direction);
         }
+        let speed_m_s = self.speed_m_s(depth_m);
         let mut ray = Ray {
             horizontal_m: 0.0,
             depth_m,
-            sine,
             cosine,
-            speed_m_s: self.speed_m_s(depth_m),
+            speed_m_s,
+            constant: Constant {
+                slowness_s_m: sine / speed_m_s,
+                launch_speed_m_s: speed_m_s,
+                launch_cosine_squared: cosine * cosine,
+            },
         };
         let mut index = self.layer_entered(depth_m, cosine);
         let mut left_s = one_way_s;
@@ -259,9 +280,7 @@ impl Ray {
 
     /// The arc to the layer's edge, or, for a ray that turns before it, back to its own depth.
     fn arc(&self, (edge_m, edge_speed_m_s): (f64, f64), gradient_per_s: f64) -> Arc {
-        let ratio = edge_speed_m_s / self.speed_m_s;
-        let bend = self.sine * self.sine * (ratio - 1.0) * (ratio + 1.0);
-        let squared = self.cosine * self.cosine - bend;
+        let squared = self.constant.cosine_squared(edge_speed_m_s);
         if edge_m.is_infinite() || (squared <= 0.0 && gradient_per_s == 0.0) {
             return self.endless();
         }
@@ -269,24 +288,25 @@ impl Ray {
             return self.turned(gradient_per_s);
         }
         let fall = edge_m - self.depth_m;
-        let (sine, cosine) = (
-            self.sine * ratio,
-            squared.sqrt().copysign(self.cosine_sign(fall)),
-        );
-        let along = fall * (self.sine + sine) / (self.cosine + cosine);
-        let mean = (self.speed_m_s * edge_speed_m_s).sqrt();
-        let end = Self {
-            horizontal_m: self.horizontal_m + along,
-            depth_m: edge_m,
-            sine,
-            cosine,
-            speed_m_s: edge_speed_m_s,
-        };
+        let cosine = squared.sqrt().copysign(self.cosine_sign(fall));
+        let sines = self.constant.slowness_s_m * (self.speed_m_s + edge_speed_m_s);
+        let along = fall * sines / (self.cosine + cosine);
+        let squared_s = (along * along + fall * fall) / (self.speed_m_s * edge_speed_m_s);
         Arc {
-            time_s: half_plane_time(along.hypot(fall) / mean, gradient_per_s),
-            end,
+            time_s: half_plane_time(squared_s, gradient_per_s),
+            end: Self {
+                horizontal_m: self.horizontal_m + along,
+                depth_m: edge_m,
+                cosine,
+                speed_m_s: edge_speed_m_s,
+                constant: self.constant,
+            },
             crosses: true,
         }
+    }
+
+    fn sine(&self) -> f64 {
+        self.constant.slowness_s_m * self.speed_m_s
     }
 
     /// The side a ray leaves to: its own, or for a horizontal one that of the edge.
@@ -313,7 +333,7 @@ impl Ray {
         Arc {
             time_s: 2.0 * self.cosine.abs().atanh() / gradient_per_s.abs(),
             end: Self {
-                horizontal_m: self.horizontal_m + 2.0 * self.speed_m_s * steep / self.sine,
+                horizontal_m: self.horizontal_m + 2.0 * self.speed_m_s * steep / self.sine(),
                 cosine: -self.cosine,
                 ..*self
             },
@@ -331,13 +351,13 @@ impl Ray {
             self.speed_m_s * growth / gradient_per_s
         };
         let spread = 1.0 + 0.5 * growth * (1.0 - self.cosine);
-        let half_turn = 0.5 * self.sine * growth / spread;
+        let half_turn = 0.5 * self.sine() * growth / spread;
         let cosine = 1.0 / half_turn.hypot(1.0);
         let sine = half_turn * cosine;
         let chord = reach_m / spread * cosine;
         Self {
-            horizontal_m: self.horizontal_m + chord * (self.sine * cosine + self.cosine * sine),
-            depth_m: self.depth_m + chord * (self.cosine * cosine - self.sine * sine),
+            horizontal_m: self.horizontal_m + chord * (self.sine() * cosine + self.cosine * sine),
+            depth_m: self.depth_m + chord * (self.cosine * cosine - self.sine() * sine),
             ..*self
         }
     }
@@ -350,13 +370,15 @@ impl Ray {
     }
 }
 
-/// Travel time over a chord in the half-plane metric: `(2 / g) arsinh(g s / 2)` with `s` the chord over the geometric mean speed.
-fn half_plane_time(s: f64, gradient_per_s: f64) -> f64 {
-    let half = 0.5 * gradient_per_s * s;
-    let squared = half * half;
-    if squared < 1e-6 {
-        // the series is exact to rounding here
-        return s * (1.0 - squared / 6.0 * (1.0 - squared * 0.45));
+/// Travel time over a chord in the half-plane metric: `(2 / g) arsinh(g s / 2)`, `s^2` the chord's over the product of the end speeds.
+fn half_plane_time(squared_s: f64, gradient_per_s: f64) -> f64 {
+    let squared = 0.25 * gradient_per_s * gradient_per_s * squared_s;
+    let s = squared_s.sqrt();
+    if squared < 1e-3 {
+        // arsinh(h) / h; the next term is below half a rounding here
+        let tail = 3.0 / 40.0 - squared * (15.0 / 336.0 - squared * (105.0 / 3456.0));
+        return s * (1.0 - squared * (1.0 / 6.0 - squared * tail));
     }
+    let half = squared.sqrt();
     half.asinh() / half * s
 }
