@@ -1,1 +1,16 @@
-//! Reports.
+//! Reports: a result as text for the terminal, as `result.json` and as a self-contained `report.html` with pictures.
+//!
+//! Recomputes nothing: what is shown stands in [`PoolResult`](crate::results::PoolResult) or in
+//! [`ReportSamples`](crate::results::ReportSamples).
+
+pub mod conventions;
+pub mod html;
+pub mod json;
+pub mod text;
+
+mod files;
+mod format;
+mod headline;
+
+pub use files::{ReportError, Written, write_all};
+pub use headline::{SIGNIFICANCE, headline};

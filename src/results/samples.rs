@@ -57,7 +57,9 @@ pub struct SoundingSample {
     pub position_m: PerPath<[f64; 3]>,
     /// Index into [`ReportSamples::faces`]; `None` when it was assigned to no face.
     pub face: Option<u32>,
-    /// Signed distance from its face along the outward normal after each path, metres; `None` without a face.
+    /// Signed distance from its face along the outward normal with the nominal mounting, metres; `None` without a face.
+    pub nominal_residual_m: Option<f64>,
+    /// The same after each path.
     pub residual_m: PerPath<f64>,
     /// Whether it entered the final adjustment.
     pub used: bool,

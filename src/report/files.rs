@@ -1,0 +1,45 @@
+//! A folder with `result.json` and `report.html`.
+
+use super::{html, json};
+use crate::results::{PoolResult, ReportSamples, WriteError, write_whole};
+use std::path::{Path, PathBuf};
+
+/// A report could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A value has no place in JSON; a fault of this program.
+    #[error("the result cannot be written as JSON: {0}")]
+    Serialise(#[from] serde_json::Error),
+    /// The operating system refused.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// Where the files are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// `result.json`.
+    pub result: PathBuf,
+    /// `report.html`.
+    pub report: PathBuf,
+}
+
+/// Writes `result.json` and `report.html` into `folder`, each whole or not at all; the folder is made when missing.
+///
+/// # Errors
+/// [`ReportError`]; both texts are made before the first is written.
+pub fn write_all(
+    folder: &Path,
+    result: &PoolResult,
+    samples: &ReportSamples,
+) -> Result<Written, ReportError> {
+    let bytes = json::to_bytes(result)?;
+    let page = html::render(result, samples)?;
+    let written = Written {
+        result: folder.join("result.json"),
+        report: folder.join("report.html"),
+    };
+    write_whole(&written.result, &bytes)?;
+    write_whole(&written.report, page.as_bytes())?;
+    Ok(written)
+}

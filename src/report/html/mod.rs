@@ -1,0 +1,99 @@
+//! `report.html`: one file that opens offline, pictures first.
+//!
+//! The page is the template `report.html` of this folder with its style, its scripts and the data put in place; the scripts draw what the
+//! data say. No address outside the page is ever referred to.
+
+mod payload;
+
+use crate::results::{PoolResult, ReportSamples};
+
+const TEMPLATE: &str = include_str!("report.html");
+const STYLE: &str = include_str!("report.css");
+const SCRIPTS: [&str; 6] = [
+    include_str!("draw.js"),
+    include_str!("view3d.js"),
+    include_str!("maps.js"),
+    include_str!("charts.js"),
+    include_str!("tables.js"),
+    include_str!("main.js"),
+];
+
+/// The page as text.
+///
+/// # Errors
+/// None for results made by this program; `serde_json` does not promise it.
+pub fn render(result: &PoolResult, samples: &ReportSamples) -> serde_json::Result<String> {
+    let data = serde_json::to_string(&payload::Payload::new(result, samples))?;
+    let parts = [
+        ("title", text(&samples.title)),
+        ("style", STYLE.into()),
+        ("data", script(&data)),
+        ("scripts", SCRIPTS.join("\n")),
+    ];
+    Ok(fill(TEMPLATE, &parts))
+}
+
+/// Puts each part in the place of its `<!--name-->`, in one pass, so that a part's own text is never searched.
+fn fill(template: &str, parts: &[(&str, String)]) -> String {
+    let mut page = String::with_capacity(
+        template.len() + parts.iter().map(|(_, part)| part.len()).sum::<usize>(),
+    );
+    let mut rest = template;
+    while let Some((place, name, part)) = next_mark(rest, parts) {
+        page.push_str(&rest[..place]);
+        page.push_str(part);
+        rest = &rest[place + mark(name).len()..];
+    }
+    page.push_str(rest);
+    page
+}
+
+fn next_mark<'a>(rest: &str, parts: &'a [(&str, String)]) -> Option<(usize, &'a str, &'a str)> {
+    parts
+        .iter()
+        .filter_map(|(name, part)| Some((rest.find(&mark(name))?, *name, part.as_str())))
+        .min_by_key(|found| found.0)
+}
+
+fn mark(name: &str) -> String {
+    format!("<!--{name}-->")
+}
+
+/// Text safe between tags.
+fn text(raw: &str) -> String {
+    raw.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}
+
+/// JSON safe inside a script element: no `<` is left that could end or open anything, and the text means the same.
+fn script(json: &str) -> String {
+    json.replace('<', "\\u003c")
+        .replace('\u{2028}', "\\u2028")
+        .replace('\u{2029}', "\\u2029")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_that_looks_like_a_mark_is_left_alone() {
+        let parts = [("title", "<!--data-->".into()), ("data", "d".to_string())];
+        assert_eq!(
+            fill("a<!--title-->b<!--data-->c", &parts),
+            "a<!--data-->bdc"
+        );
+    }
+
+    #[test]
+    fn data_cannot_leave_its_script_element() {
+        let json = serde_json::to_string("</script><!--\u{2028}").unwrap();
+        let safe = script(&json);
+        assert!(!safe.contains('<') && !safe.contains('\u{2028}'));
+        assert_eq!(
+            serde_json::from_str::<String>(&safe).unwrap(),
+            "</script><!--\u{2028}"
+        );
+    }
+}
