@@ -7,6 +7,7 @@ mod accumulate;
 mod chain;
 mod chart;
 mod condition;
+mod curvature;
 mod derivatives;
 mod elimination;
 mod error;

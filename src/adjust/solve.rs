@@ -2,8 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use super::accumulate::Weighting;
+use super::accumulate::{Pass, Weighting};
 use super::chain::ChainState;
+use super::curvature::{LARGEST_BEND, REACH, curvature};
 use super::elimination::Factor;
 use super::error::AdjustError;
 use super::kernel::Kernel;
@@ -127,6 +128,8 @@ pub(super) struct Iteration<'a> {
     metric: Vec<f64>,
     damping: f64,
     growth: f64,
+    /// The linear model has been wrong lately, so steps are bent along their second order.
+    rough: bool,
     pub(super) records: Vec<IterationRecord>,
     pub(super) status: Option<Status>,
 }
@@ -166,6 +169,7 @@ impl<'a> Iteration<'a> {
             metric,
             damping,
             growth,
+            rough: false,
             records,
             status: None,
         })
@@ -173,10 +177,13 @@ impl<'a> Iteration<'a> {
 
     /// One iteration: propose, judge, accept or damp.
     pub(super) fn advance(&mut self) -> Result<(), AdjustError> {
-        let step = self.propose()?;
+        let mut step = self.propose()?;
         self.status = self.ending(&step);
         if self.status.is_some() {
             return Ok(());
+        }
+        if self.rough && !self.bend(&mut step)? {
+            return self.reject(&step, f64::INFINITY, None);
         }
         let trial = self.moved(&step);
         let recycled = self.linearisation.factor.take();
@@ -209,6 +216,44 @@ impl<'a> Iteration<'a> {
             promise,
             sigmas,
         })
+    }
+
+    /// Adds the geodesic acceleration to a step; false where the step bends too much to be taken. Problems with a chain, whose
+    /// states are small, do without.
+    fn bend(&self, step: &mut Step) -> Result<bool, AdjustError> {
+        if self.problem.chain.is_some() || self.hides(step) {
+            return Ok(true);
+        }
+        let reached: Vec<f64> = step.parameters.iter().map(|step| step * REACH).collect();
+        let ahead = Estimate {
+            parameters: self.here.parameters.retracted(&reached),
+            chain: None,
+        };
+        let weighting = Weighting::Kernel(self.options.kernel);
+        let pass = Pass {
+            problem: self.problem,
+            at: &self.here,
+            weighting,
+        };
+        let second = curvature(&pass, &ahead, &step.parameters)?;
+        let spectrum = self.linearisation.reduced.spectrum(&self.metric)?;
+        let bend = spectrum.respond(&self.gathered(&second), self.damping);
+        let bent = spectrum.length(&bend) / spectrum.length(&self.gathered(&step.parameters));
+        let bend = self.spread(&bend);
+        step.parameters
+            .iter_mut()
+            .zip(bend)
+            .for_each(|(step, bend)| *step += 0.5 * bend);
+        Ok(bent <= LARGEST_BEND)
+    }
+
+    fn gathered(&self, all: &[f64]) -> Vec<f64> {
+        self.here
+            .parameters
+            .free_columns()
+            .iter()
+            .map(|column| all[*column])
+            .collect()
     }
 
     /// Largest undamped parameter step in its own standard deviation.
@@ -328,6 +373,7 @@ impl<'a> Iteration<'a> {
         self.record(step, there.cost, true);
         self.damping *= (1.0 - (2.0 * gain.clamp(0.0, 1.0) - 1.0).powi(3)).max(0.1);
         self.growth = 2.0;
+        self.rough = !(0.5..1.5).contains(&gain);
         self.here = trial;
         self.linearisation = there;
         let lengths = self.linearisation.reduced.lengths();
@@ -348,6 +394,7 @@ impl<'a> Iteration<'a> {
         self.record(step, cost, false);
         self.damping *= self.growth;
         self.growth *= 2.0;
+        self.rough = true;
         if self.problem.chain.is_some() {
             self.linearisation = linearise(
                 self.problem,
