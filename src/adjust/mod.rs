@@ -39,4 +39,4 @@ pub use quality::{
 };
 pub use refine::{Snooped, VarianceComponent, VarianceComponents, snoop, variance_components};
 pub use reliability::{ConditionQuality, Effect, GroupQuality};
-pub use solve::{IterationRecord, Options, Solution, Status, solve};
+pub use solve::{Bending, IterationRecord, Options, Solution, Status, solve};

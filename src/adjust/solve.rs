@@ -16,6 +16,20 @@ const LARGEST_DAMPING: f64 = 1e32;
 /// Promised fall of the cost, relative to the cost, that its own rounding can hide.
 const ROUNDING: f64 = 1e-14;
 
+/// Part of the damping's scale that is kept from step to step.
+const METRIC_MEMORY: f64 = 0.5;
+
+/// When steps are bent along the second order of the conditions (geodesic acceleration), at the cost of one more evaluation.
+/// Problems with a chain do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Bending {
+    /// After a step that the linear model foresaw badly.
+    #[default]
+    WhenRough,
+    /// Always: for starts far away and strongly curved models.
+    Always,
+}
+
 /// How to solve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -29,6 +43,8 @@ pub struct Options {
     pub unknown_noise: bool,
     /// First damping, relative to the diagonal of the normal matrix of the parameters.
     pub initial_damping: f64,
+    /// When steps are bent.
+    pub bending: Bending,
 }
 
 impl Default for Options {
@@ -39,6 +55,7 @@ impl Default for Options {
             step_tolerance_sigmas: 1e-3,
             unknown_noise: false,
             initial_damping: 1e-4,
+            bending: Bending::WhenRough,
         }
     }
 }
@@ -124,7 +141,8 @@ pub(super) struct Iteration<'a> {
     options: &'a Options,
     here: Estimate,
     linearisation: Linearisation,
-    /// Scale of the damping: the largest length each column has had (Moré 1978, eq. 6.3).
+    /// Scale of the damping: the largest length each column has had (Moré 1978, eq. 6.3), halved at each step so that lengths
+    /// of a far start are forgotten.
     metric: Vec<f64>,
     damping: f64,
     growth: f64,
@@ -182,7 +200,7 @@ impl<'a> Iteration<'a> {
         if self.status.is_some() {
             return Ok(());
         }
-        if self.rough && !self.bend(&mut step)? {
+        if self.is_rough() && !self.bend(&mut step)? {
             return self.reject(&step, f64::INFINITY, None);
         }
         let trial = self.moved(&step);
@@ -236,6 +254,9 @@ impl<'a> Iteration<'a> {
             weighting,
         };
         let second = curvature(&pass, &ahead, &step.parameters)?;
+        if second.iter().any(|value| !value.is_finite()) {
+            return Ok(false);
+        }
         let spectrum = self.linearisation.reduced.spectrum(&self.metric)?;
         let bend = spectrum.respond(&self.gathered(&second), self.damping);
         let bent = spectrum.length(&bend) / spectrum.length(&self.gathered(&step.parameters));
@@ -245,6 +266,10 @@ impl<'a> Iteration<'a> {
             .zip(bend)
             .for_each(|(step, bend)| *step += 0.5 * bend);
         Ok(bent <= LARGEST_BEND)
+    }
+
+    fn is_rough(&self) -> bool {
+        self.rough || self.options.bending == Bending::Always
     }
 
     fn gathered(&self, all: &[f64]) -> Vec<f64> {
@@ -377,10 +402,9 @@ impl<'a> Iteration<'a> {
         self.here = trial;
         self.linearisation = there;
         let lengths = self.linearisation.reduced.lengths();
-        self.metric
-            .iter_mut()
-            .zip(lengths)
-            .for_each(|(metric, length)| *metric = metric.max(length));
+        let slow =
+            |(metric, length): (&mut f64, f64)| *metric = (METRIC_MEMORY * *metric).max(length);
+        self.metric.iter_mut().zip(lengths).for_each(slow);
         Ok(())
     }
 

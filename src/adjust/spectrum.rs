@@ -260,7 +260,7 @@ fn sweep(a: &mut DMatrix<f64>, axes: &mut DMatrix<f64>) -> bool {
                 a.column(q).norm_squared(),
                 a.column(p).dot(&a.column(q)),
             );
-            if pq.abs() <= tolerance * (pp * qq).sqrt() || pq.abs() < f64::MIN_POSITIVE {
+            if pq.abs() <= tolerance * pp.sqrt() * qq.sqrt() || pq.abs() < f64::MIN_POSITIVE {
                 continue;
             }
             rotated = true;
