@@ -7,6 +7,7 @@ mod accumulate;
 mod chain;
 mod chart;
 mod condition;
+mod curvature;
 mod derivatives;
 mod elimination;
 mod error;
@@ -38,4 +39,4 @@ pub use quality::{
 };
 pub use refine::{Snooped, VarianceComponent, VarianceComponents, snoop, variance_components};
 pub use reliability::{ConditionQuality, Effect, GroupQuality};
-pub use solve::{IterationRecord, Options, Solution, Status, solve};
+pub use solve::{Bending, IterationRecord, Options, Solution, Status, solve};

@@ -2,8 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use super::accumulate::Weighting;
+use super::accumulate::{Pass, Weighting};
 use super::chain::ChainState;
+use super::curvature::{LARGEST_BEND, REACH, curvature};
 use super::elimination::Factor;
 use super::error::AdjustError;
 use super::kernel::Kernel;
@@ -14,6 +15,20 @@ use super::problem::{Estimate, Problem};
 const LARGEST_DAMPING: f64 = 1e32;
 /// Promised fall of the cost, relative to the cost, that its own rounding can hide.
 const ROUNDING: f64 = 1e-14;
+
+/// Part of the damping's scale that is kept from step to step.
+const METRIC_MEMORY: f64 = 0.5;
+
+/// When steps are bent along the second order of the conditions (geodesic acceleration), at the cost of one more evaluation.
+/// Problems with a chain do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Bending {
+    /// After a step that the linear model foresaw badly.
+    #[default]
+    WhenRough,
+    /// Always: for starts far away and strongly curved models.
+    Always,
+}
 
 /// How to solve.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +43,8 @@ pub struct Options {
     pub unknown_noise: bool,
     /// First damping, relative to the diagonal of the normal matrix of the parameters.
     pub initial_damping: f64,
+    /// When steps are bent.
+    pub bending: Bending,
 }
 
 impl Default for Options {
@@ -38,6 +55,7 @@ impl Default for Options {
             step_tolerance_sigmas: 1e-3,
             unknown_noise: false,
             initial_damping: 1e-4,
+            bending: Bending::WhenRough,
         }
     }
 }
@@ -123,10 +141,13 @@ pub(super) struct Iteration<'a> {
     options: &'a Options,
     here: Estimate,
     linearisation: Linearisation,
-    /// Scale of the damping: the largest length each column has had (Moré 1978, eq. 6.3).
+    /// Scale of the damping: the largest length each column has had (Moré 1978, eq. 6.3), halved at each step so that lengths
+    /// of a far start are forgotten.
     metric: Vec<f64>,
     damping: f64,
     growth: f64,
+    /// The linear model has been wrong lately, so steps are bent along their second order.
+    rough: bool,
     pub(super) records: Vec<IterationRecord>,
     pub(super) status: Option<Status>,
 }
@@ -166,6 +187,7 @@ impl<'a> Iteration<'a> {
             metric,
             damping,
             growth,
+            rough: false,
             records,
             status: None,
         })
@@ -173,10 +195,13 @@ impl<'a> Iteration<'a> {
 
     /// One iteration: propose, judge, accept or damp.
     pub(super) fn advance(&mut self) -> Result<(), AdjustError> {
-        let step = self.propose()?;
+        let mut step = self.propose()?;
         self.status = self.ending(&step);
         if self.status.is_some() {
             return Ok(());
+        }
+        if self.is_rough() && !self.bend(&mut step)? {
+            return self.reject(&step, f64::INFINITY, None);
         }
         let trial = self.moved(&step);
         let recycled = self.linearisation.factor.take();
@@ -209,6 +234,51 @@ impl<'a> Iteration<'a> {
             promise,
             sigmas,
         })
+    }
+
+    /// Adds the geodesic acceleration to a step; false where the step bends too much to be taken. Problems with a chain, whose
+    /// states are small, do without.
+    fn bend(&self, step: &mut Step) -> Result<bool, AdjustError> {
+        if self.problem.chain.is_some() || self.hides(step) {
+            return Ok(true);
+        }
+        let reached: Vec<f64> = step.parameters.iter().map(|step| step * REACH).collect();
+        let ahead = Estimate {
+            parameters: self.here.parameters.retracted(&reached),
+            chain: None,
+        };
+        let weighting = Weighting::Kernel(self.options.kernel);
+        let pass = Pass {
+            problem: self.problem,
+            at: &self.here,
+            weighting,
+        };
+        let second = curvature(&pass, &ahead, &step.parameters)?;
+        if second.iter().any(|value| !value.is_finite()) {
+            return Ok(false);
+        }
+        let spectrum = self.linearisation.reduced.spectrum(&self.metric)?;
+        let bend = spectrum.respond(&self.gathered(&second), self.damping);
+        let bent = spectrum.length(&bend) / spectrum.length(&self.gathered(&step.parameters));
+        let bend = self.spread(&bend);
+        step.parameters
+            .iter_mut()
+            .zip(bend)
+            .for_each(|(step, bend)| *step += 0.5 * bend);
+        Ok(bent <= LARGEST_BEND)
+    }
+
+    fn is_rough(&self) -> bool {
+        self.rough || self.options.bending == Bending::Always
+    }
+
+    fn gathered(&self, all: &[f64]) -> Vec<f64> {
+        self.here
+            .parameters
+            .free_columns()
+            .iter()
+            .map(|column| all[*column])
+            .collect()
     }
 
     /// Largest undamped parameter step in its own standard deviation.
@@ -328,13 +398,13 @@ impl<'a> Iteration<'a> {
         self.record(step, there.cost, true);
         self.damping *= (1.0 - (2.0 * gain.clamp(0.0, 1.0) - 1.0).powi(3)).max(0.1);
         self.growth = 2.0;
+        self.rough = !(0.5..1.5).contains(&gain);
         self.here = trial;
         self.linearisation = there;
         let lengths = self.linearisation.reduced.lengths();
-        self.metric
-            .iter_mut()
-            .zip(lengths)
-            .for_each(|(metric, length)| *metric = metric.max(length));
+        let slow =
+            |(metric, length): (&mut f64, f64)| *metric = (METRIC_MEMORY * *metric).max(length);
+        self.metric.iter_mut().zip(lengths).for_each(slow);
         Ok(())
     }
 
@@ -348,6 +418,7 @@ impl<'a> Iteration<'a> {
         self.record(step, cost, false);
         self.damping *= self.growth;
         self.growth *= 2.0;
+        self.rough = true;
         if self.problem.chain.is_some() {
             self.linearisation = linearise(
                 self.problem,

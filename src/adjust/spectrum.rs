@@ -156,6 +156,27 @@ impl Spectrum {
         self.unscaled(&(0..self.size()).map(along).collect::<Vec<_>>())
     }
 
+    /// `-(J^T J + damping scale^2)^-1 gradient`. Undetermined axes do not move.
+    pub(super) fn respond(&self, gradient: &[f64], damping: f64) -> Vec<f64> {
+        let n = self.size();
+        let scaled = DMatrix::from_fn(n, 1, |j, _| gradient[j] / self.scale[j]);
+        let along = self.axes.tr_mul(&scaled);
+        let respond = |i: usize| match self.singular[i] {
+            s if s > self.threshold => -along[i] / (s * s + damping),
+            _ => 0.0,
+        };
+        self.unscaled(&(0..n).map(respond).collect::<Vec<_>>())
+    }
+
+    /// Length of a step in the scale of the columns.
+    pub(super) fn length(&self, step: &[f64]) -> f64 {
+        step.iter()
+            .zip(&self.scale)
+            .map(|(step, scale)| (step * scale).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+
     /// Fall of `|J x + r|^2 / 2` that the linear model promises for this damping.
     pub(super) fn promise(&self, damping: f64) -> f64 {
         let kept = |s: f64| damping / (s * s + damping);
@@ -239,7 +260,7 @@ fn sweep(a: &mut DMatrix<f64>, axes: &mut DMatrix<f64>) -> bool {
                 a.column(q).norm_squared(),
                 a.column(p).dot(&a.column(q)),
             );
-            if pq.abs() <= tolerance * (pp * qq).sqrt() || pq.abs() < f64::MIN_POSITIVE {
+            if pq.abs() <= tolerance * pp.sqrt() * qq.sqrt() || pq.abs() < f64::MIN_POSITIVE {
                 continue;
             }
             rotated = true;
