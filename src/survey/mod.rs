@@ -1,1 +1,20 @@
-//! Survey and scenario files.
+//! Survey files: read, checked as a whole, and composed into what the floors below need.
+//!
+//! [`load`] reads a survey file and every file that it names. All faults of the survey file are listed at once, each with its
+//! line, what was found and what was expected; unknown keys come with the nearest known one. Nothing is repaired.
+//!
+//! [`schema`] and [`document`] know no key: a scenario file is checked by them with tables of its own.
+
+pub mod clock;
+pub mod document;
+pub mod file;
+mod keys;
+mod load;
+mod observations;
+pub mod problem;
+mod rules;
+pub mod schema;
+
+pub use file::SurveyFile;
+pub use load::{Counts, LoadedSurvey, load, parse_survey, parse_target, read_survey_file};
+pub use problem::{Problem, SurveyError};

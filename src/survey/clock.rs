@@ -1,0 +1,192 @@
+//! Do the sensors' clocks agree with the trajectory's, and does every observation have a position?
+
+use crate::observe::Outside;
+
+/// First and last time of a sensor, seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    /// First time.
+    pub first_s: f64,
+    /// Last time.
+    pub last_s: f64,
+}
+
+impl Span {
+    /// Of times that ascend; `None` when there are none.
+    #[must_use]
+    pub fn of(time_s: &[f64]) -> Option<Self> {
+        let (first_s, last_s) = (*time_s.first()?, *time_s.last()?);
+        Some(Self { first_s, last_s })
+    }
+
+    /// Whether the two have a moment in common.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.first_s <= other.last_s && other.first_s <= self.last_s
+    }
+
+    /// Whether `other`, with `shift_s` added to its times, lies within.
+    fn contains_shifted(&self, other: &Self, shift_s: f64) -> bool {
+        self.first_s <= other.first_s + shift_s && other.last_s + shift_s <= self.last_s
+    }
+}
+
+impl std::fmt::Display for Span {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:.3} s to {:.3} s", self.first_s, self.last_s)
+    }
+}
+
+/// GPS minus UTC since 2017, seconds.
+const LEAP_S: f64 = 18.0;
+const DAY_S: f64 = 86_400.0;
+const WEEK_S: f64 = 604_800.0;
+/// LAS subtracts this from GPS seconds ("adjusted standard time").
+const ADJUSTED_S: f64 = 1e9;
+
+/// A sentence naming the confusion of clocks that would explain why `sensor` is not within `trajectory`, if one would.
+#[must_use]
+pub fn explain_shift(trajectory: &Span, sensor: &Span) -> Option<String> {
+    let middle = |s: &Span| 0.5 * (s.first_s + s.last_s);
+    let apart_s = middle(trajectory) - middle(sensor);
+    let whole = |unit_s: f64, base_s: f64| ((apart_s - base_s) / unit_s).round() * unit_s + base_s;
+    let candidates = [
+        (
+            whole(WEEK_S, 0.0),
+            "whole GPS weeks: seconds of the week against continuous GPS seconds",
+        ),
+        (
+            whole(WEEK_S, ADJUSTED_S),
+            "1e9 s and whole weeks: adjusted standard GPS time (LAS) against seconds of the week",
+        ),
+        (
+            whole(WEEK_S, -ADJUSTED_S),
+            "1e9 s and whole weeks: adjusted standard GPS time (LAS) against seconds of the week",
+        ),
+        (
+            whole(DAY_S, 0.0),
+            "whole days: seconds of the week, of the day, or of another epoch (UTC, GPS)",
+        ),
+    ];
+    for (shift_s, what) in candidates {
+        for leap_s in [0.0, LEAP_S, -LEAP_S] {
+            let total_s = shift_s + leap_s;
+            if total_s == 0.0 || !trajectory.contains_shifted(sensor, total_s) {
+                continue;
+            }
+            let leap = match (shift_s, leap_s) {
+                (_, 0.0) => what.to_owned(),
+                (0.0, _) => "the leap seconds between GPS and UTC".to_owned(),
+                _ => format!("{what}, and the 18 leap seconds between GPS and UTC"),
+            };
+            return Some(format!(
+                "time_offset_s = {total_s} would bring it inside, which is {leap}"
+            ));
+        }
+    }
+    None
+}
+
+/// Why an observation has no position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lost {
+    /// Before the first or after the last record.
+    Outside,
+    /// In a gap of the trajectory.
+    Gap {
+        /// Last record before it, seconds.
+        begin_s: f64,
+        /// First record after it, seconds.
+        end_s: f64,
+    },
+}
+
+/// The observations (ascending times) without a position, in their order; one pass over both columns.
+#[must_use]
+pub fn without_position(
+    trajectory_s: &[f64],
+    max_gap_s: f64,
+    time_s: &[f64],
+) -> Vec<(usize, Lost)> {
+    let mut lost = vec![];
+    let Some(span) = Span::of(trajectory_s).filter(|_| trajectory_s.len() >= 2) else {
+        return (0..time_s.len()).map(|k| (k, Lost::Outside)).collect();
+    };
+    let mut record = 0;
+    for (k, &t) in time_s.iter().enumerate() {
+        if !(t >= span.first_s && t <= span.last_s) {
+            lost.push((k, Lost::Outside));
+            continue;
+        }
+        while record + 2 < trajectory_s.len() && trajectory_s[record + 1] <= t {
+            record += 1;
+        }
+        let (begin_s, end_s) = (trajectory_s[record], trajectory_s[record + 1]);
+        if end_s - begin_s > max_gap_s && t > begin_s && t < end_s {
+            lost.push((k, Lost::Gap { begin_s, end_s }));
+        }
+    }
+    lost
+}
+
+/// What becomes of observations without position.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// All have one.
+    Keep,
+    /// These rows (ascending) are dropped.
+    Drop(Vec<usize>),
+    /// This is an error.
+    Refuse {
+        /// What was found.
+        found: String,
+        /// What was expected.
+        expected: String,
+    },
+}
+
+/// Judges a sensor's times (ascending, offsets added) by the trajectory's.
+#[must_use]
+pub fn judge(trajectory_s: &[f64], max_gap_s: f64, outside: Outside, time_s: &[f64]) -> Verdict {
+    let (Some(trajectory), Some(sensor)) = (Span::of(trajectory_s), Span::of(time_s)) else {
+        return Verdict::Keep;
+    };
+    let hint = || explain_shift(&trajectory, &sensor).map_or(String::new(), |h| format!(" ({h})"));
+    if !trajectory.overlaps(&sensor) {
+        return Verdict::Refuse {
+            found: format!("times from {sensor}{}", hint()),
+            expected: format!("an overlap with the trajectory, {trajectory}"),
+        };
+    }
+    let lost = without_position(trajectory_s, max_gap_s, time_s);
+    match (lost.first(), outside) {
+        (None, _) => Verdict::Keep,
+        (Some(_), Outside::Drop) if lost.len() < time_s.len() => {
+            Verdict::Drop(lost.into_iter().map(|(k, _)| k).collect())
+        }
+        (Some((k, why)), _) => {
+            let place = match why {
+                Lost::Outside => format!("outside the trajectory, {trajectory}{}", hint()),
+                Lost::Gap { begin_s, end_s } => {
+                    format!(
+                        "in the gap from {begin_s:.3} s to {end_s:.3} s (max_gap_s is {max_gap_s})"
+                    )
+                }
+            };
+            let others = match lost.len() {
+                1 => String::new(),
+                n => format!(", and {} more without a position", n - 1),
+            };
+            Verdict::Refuse {
+                found: format!(
+                    "observation {} at {:.6} s {place}{others}",
+                    k + 1,
+                    time_s[*k]
+                ),
+                expected:
+                    "a position for every observation, or outside = \"drop\" under [trajectory]"
+                        .to_owned(),
+            }
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! A TOML text with the line of every key.
+
+use std::path::{Path, PathBuf};
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::problem::Problem;
+
+/// A parsed TOML file, for checks that need to name lines.
+#[derive(Debug)]
+pub struct Document<'t> {
+    file: PathBuf,
+    text: &'t str,
+    root: DeTable<'t>,
+}
+
+impl<'t> Document<'t> {
+    /// Parses a text; `file` names it in messages.
+    ///
+    /// # Errors
+    /// One [`Problem`] for every place that is no TOML.
+    pub fn parse(file: &Path, text: &'t str) -> Result<Self, Vec<Problem>> {
+        let (root, errors) = DeTable::parse_recoverable(text);
+        if errors.is_empty() {
+            return Ok(Self {
+                file: file.to_owned(),
+                text,
+                root: root.into_inner(),
+            });
+        }
+        let problem = |error: &toml::de::Error| {
+            let span = error.span().unwrap_or(0..0);
+            let piece = text.get(span.clone()).unwrap_or_default();
+            let found = crate::formats::error::quoted(piece.as_bytes());
+            let place = format!("line {}", line(text, span.start));
+            Problem::new(file, place, found, format!("TOML ({})", error.message()))
+        };
+        Err(errors.iter().map(problem).collect())
+    }
+
+    /// The file's name in messages.
+    #[must_use]
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// The outermost table.
+    #[must_use]
+    pub fn root(&self) -> &DeTable<'t> {
+        &self.root
+    }
+
+    /// The line of a key or value, counted from 1.
+    #[must_use]
+    pub fn line_of<T>(&self, item: &Spanned<T>) -> usize {
+        line(self.text, item.span().start)
+    }
+
+    /// The text of a value as it stands in the file, cut to a message's length.
+    #[must_use]
+    pub fn text_of(&self, value: &Spanned<DeValue<'_>>) -> String {
+        let piece = self.text.get(value.span()).unwrap_or_default().trim();
+        let single: Vec<_> = piece.split_whitespace().collect();
+        let shown = crate::formats::error::quoted(single.join(" ").as_bytes());
+        shown[1..shown.len() - 1].to_owned()
+    }
+
+    /// The value at a path of keys, such as `["lidar", "coordinates"]`.
+    #[must_use]
+    pub fn get(&self, path: &[&str]) -> Option<&Spanned<DeValue<'t>>> {
+        let (first, rest) = path.split_first()?;
+        let mut value = self.root.get(*first)?;
+        for key in rest {
+            value = value.get_ref().as_table()?.get(*key)?;
+        }
+        Some(value)
+    }
+
+    /// The text at a path of keys, if it is one.
+    #[must_use]
+    pub fn string(&self, path: &[&str]) -> Option<&str> {
+        self.get(path)?.get_ref().as_str()
+    }
+
+    /// The line at which a key at this path stands, or else its section.
+    #[must_use]
+    pub fn line_at(&self, path: &[&str]) -> usize {
+        (1..=path.len())
+            .rev()
+            .find_map(|n| self.get(&path[..n]))
+            .map_or(1, |value| self.line_of(value))
+    }
+
+    /// A problem with the key at a path.
+    #[must_use]
+    pub fn problem(
+        &self,
+        path: &[&str],
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Problem {
+        let place = format!("line {}, {}", self.line_at(path), dotted(path));
+        Problem::new(&self.file, place, found, expected)
+    }
+}
+
+/// `[section] key` for a path of two keys and more, the key alone at the top.
+#[must_use]
+pub fn dotted(path: &[&str]) -> String {
+    match path {
+        [] => "whole file".to_owned(),
+        [key] => (*key).to_owned(),
+        [section, keys @ ..] => format!("[{section}] {}", keys.join(".")),
+    }
+}
+
+fn line(text: &str, byte: usize) -> usize {
+    let before = text.as_bytes().get(..byte).unwrap_or(text.as_bytes());
+    1 + before.iter().filter(|&&b| b == b'\n').count()
+}

@@ -1,0 +1,371 @@
+//! From the path of a survey file to everything in memory.
+
+use std::path::{Path, PathBuf};
+
+use super::document::Document;
+use super::file::SurveyFile;
+use super::observations::{laser_problem, place_laser, place_soundings, shift, trajectory_problem};
+use super::problem::{Problem, SurveyError, none_of};
+use super::rules;
+use crate::formats::digest::sha256;
+use crate::formats::error::{FormatError, open};
+use crate::formats::{
+    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_soundings, read_trajectory,
+    sound_speed_csv,
+};
+use crate::geometry::ellipsoid::TargetPose;
+use crate::observe::{Campaign, LaserCoordinates, SoundSpeed, SoundSpeedProfile, SoundingRange};
+use crate::results::InputFile;
+use crate::target::{Target, TargetModel};
+
+/// A survey in memory.
+#[derive(Clone, Debug)]
+pub struct LoadedSurvey {
+    /// The survey file with every default filled in: the configuration as it takes effect.
+    pub file: SurveyFile,
+    /// The observations.
+    pub campaign: Campaign,
+    /// What the target file says.
+    pub target_model: TargetModel,
+    /// The target's faces.
+    pub target: Target,
+    /// Where the surveyor believes the target to stand.
+    pub pose: TargetPose,
+    /// Every file that was read, the survey file first, paths as they stand in the survey file.
+    pub inputs: Vec<InputFile>,
+    /// How much was read.
+    pub counts: Counts,
+    /// Sentences that a report should repeat.
+    pub notes: Vec<String>,
+}
+
+/// How much was read and how much of it dropped because the trajectory does not cover it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Records of the trajectory.
+    pub trajectory: usize,
+    /// Laser returns in use.
+    pub laser: usize,
+    /// Laser returns dropped.
+    pub laser_dropped: usize,
+    /// Soundings in use.
+    pub soundings: usize,
+    /// Soundings dropped.
+    pub soundings_dropped: usize,
+}
+
+/// Reads a survey file and every file that it names.
+///
+/// # Errors
+/// [`SurveyError`] with everything that is wrong: first with the survey file itself, then with the files, then with
+/// their times. Nothing is written.
+pub fn load(path: &Path) -> Result<LoadedSurvey, SurveyError> {
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let file = read_survey_file(path, Some(&folder))?;
+    let paths = Paths::new(&file, &folder);
+    let (contents, inputs) = rayon::join(
+        || read_contents(&file, &paths),
+        || digests(path, &file, &folder),
+    );
+    let (contents, inputs) = (contents?, inputs?);
+    compose(file, &paths, contents, inputs)
+}
+
+/// Reads and checks a survey file alone; with a folder, also that the paths in it lead to files.
+///
+/// # Errors
+/// [`SurveyError`] with everything that is wrong with it.
+pub fn read_survey_file(path: &Path, folder: Option<&Path>) -> Result<SurveyFile, SurveyError> {
+    let text = read_text(path)?;
+    parse_survey(path, &text, folder)
+}
+
+/// Checks and parses the text of a survey file; `path` names it in messages.
+///
+/// # Errors
+/// As [`read_survey_file`].
+pub fn parse_survey(
+    path: &Path,
+    text: &str,
+    folder: Option<&Path>,
+) -> Result<SurveyFile, SurveyError> {
+    let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
+    none_of(rules::survey_problems(&document, folder))?;
+    typed(path, text)
+}
+
+/// Checks and parses the text of a target file; `path` names it in messages.
+///
+/// # Errors
+/// [`SurveyError`] with every unknown key and every impossible dimension.
+pub fn parse_target(path: &Path, text: &str) -> Result<(TargetModel, Target), SurveyError> {
+    let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
+    none_of(rules::target_problems(&document))?;
+    let model: TargetModel = typed(path, text)?;
+    let target = Target::from_model(&model).map_err(|error| SurveyError {
+        problems: error
+            .faults
+            .iter()
+            .map(|fault| Problem::new(path, "dimensions", fault, "a target that can be built"))
+            .collect(),
+    })?;
+    Ok((model, target))
+}
+
+/// The checked text as its type; what the tables of keys let through and serde does not is a problem without a key.
+fn typed<T: serde::de::DeserializeOwned>(path: &Path, text: &str) -> Result<T, SurveyError> {
+    toml::from_str(text).map_err(|error: toml::de::Error| {
+        let message = error.message().replace('\n', " ");
+        Problem::new(
+            path,
+            "whole file",
+            format!("\"{message}\""),
+            "values of the right kind",
+        )
+        .into()
+    })
+}
+
+fn read_text(path: &Path) -> Result<String, SurveyError> {
+    open(path)?;
+    let bytes = std::fs::read(path).map_err(|e| FormatError::unreadable(path, &e))?;
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err(Problem::new(path, "whole file", "an empty file", "TOML").into());
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let place = format!("byte {}", error.utf8_error().valid_up_to());
+        Problem::new(path, place, "bytes that are no UTF-8", "TOML").into()
+    })
+}
+
+/// Where the files are, relative to the working directory.
+struct Paths {
+    target: PathBuf,
+    trajectory: PathBuf,
+    lidar: PathBuf,
+    multibeam: PathBuf,
+    profile: Option<PathBuf>,
+}
+
+impl Paths {
+    fn new(file: &SurveyFile, folder: &Path) -> Self {
+        let profile = file.sound_speed.as_ref().and_then(|s| s.profile.as_ref());
+        Self {
+            target: folder.join(&file.target.model),
+            trajectory: folder.join(&file.trajectory.path),
+            lidar: folder.join(&file.lidar.path),
+            multibeam: folder.join(&file.multibeam.path),
+            profile: profile.map(|p| folder.join(p)),
+        }
+    }
+}
+
+/// What the files hold.
+struct Contents {
+    model: TargetModel,
+    target: Target,
+    trajectory: TrajectoryRecords,
+    laser: LaserRecords,
+    soundings: SoundingRecords,
+    profile: Option<SoundSpeedProfile>,
+}
+
+/// Reads the files beside each other, and checks each by itself; the faults of all of them come together.
+fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyError> {
+    let frame = file.lidar.frame();
+    let ((target, trajectory), (laser, soundings)) = rayon::join(
+        || {
+            let target = read_text(&paths.target).and_then(|t| parse_target(&paths.target, &t));
+            (target, checked_trajectory(file, &paths.trajectory))
+        },
+        || {
+            rayon::join(
+                || checked_laser(&paths.lidar, frame),
+                || read_soundings(&paths.multibeam).map_err(SurveyError::from),
+            )
+        },
+    );
+    let profile = paths
+        .profile
+        .as_deref()
+        .map(sound_speed_csv::read)
+        .transpose();
+    let mut problems = vec![];
+    let target = keep(&mut problems, target);
+    let trajectory = keep(&mut problems, trajectory);
+    let laser = keep(&mut problems, laser);
+    let soundings = keep(&mut problems, soundings);
+    let profile = keep(&mut problems, profile.map_err(SurveyError::from));
+    match (target, trajectory, laser, soundings, profile) {
+        (Some((model, target)), Some(trajectory), Some(laser), Some(soundings), Some(profile)) => {
+            Ok(Contents {
+                model,
+                target,
+                trajectory,
+                laser,
+                soundings,
+                profile,
+            })
+        }
+        _ => Err(SurveyError { problems }),
+    }
+}
+
+/// The value, or its problems on the list.
+fn keep<T>(problems: &mut Vec<Problem>, result: Result<T, SurveyError>) -> Option<T> {
+    result.map_err(|error| problems.extend(error.problems)).ok()
+}
+
+fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecords, SurveyError> {
+    let mut records = read_trajectory(path)?;
+    none_of(
+        trajectory_problem(path, &records, file)
+            .into_iter()
+            .collect(),
+    )?;
+    shift(&mut records.time_s, file.trajectory.time_offset_s);
+    Ok(records)
+}
+
+fn checked_laser(path: &Path, frame: LaserCoordinates) -> Result<LaserRecords, SurveyError> {
+    let records = read_laser(path)?;
+    none_of(laser_problem(path, &records, frame).into_iter().collect())?;
+    Ok(records)
+}
+
+/// The digests of all files, the survey file first under its bare name.
+fn digests(path: &Path, file: &SurveyFile, folder: &Path) -> Result<Vec<InputFile>, SurveyError> {
+    let own = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut inputs = vec![InputFile {
+        path: own.into_owned(),
+        sha256: sha256(path)?,
+    }];
+    let profile = file.sound_speed.as_ref().and_then(|s| s.profile.as_ref());
+    let named = [
+        Some(&file.target.model),
+        Some(&file.trajectory.path),
+        Some(&file.lidar.path),
+        Some(&file.multibeam.path),
+        profile,
+    ];
+    for name in named.into_iter().flatten() {
+        let digest = sha256(&folder.join(name))?;
+        inputs.push(InputFile {
+            path: name.clone(),
+            sha256: digest,
+        });
+    }
+    Ok(inputs)
+}
+
+/// The sound speed that the soundings need, or why there is none.
+fn sound_speed(
+    file: &SurveyFile,
+    paths: &Paths,
+    range: &SoundingRange,
+    profile: Option<SoundSpeedProfile>,
+) -> Result<Option<SoundSpeed>, Problem> {
+    let constant = file.sound_speed.as_ref().and_then(|s| s.speed_m_s);
+    let speed = constant
+        .map(SoundSpeed::Constant)
+        .or(profile.map(SoundSpeed::Profile));
+    match (range, &speed) {
+        (SoundingRange::TwoWayTravelTime(_), None) => Err(Problem::new(
+            &paths.multibeam,
+            "column two_way_travel_time_s",
+            "travel times",
+            "a section [sound_speed] with speed_m_s or profile in the survey file, or a column range_m",
+        )),
+        _ => Ok(speed),
+    }
+}
+
+/// Puts everything together; the clocks are judged here.
+fn compose(
+    file: SurveyFile,
+    paths: &Paths,
+    contents: Contents,
+    inputs: Vec<InputFile>,
+) -> Result<LoadedSurvey, SurveyError> {
+    let Contents {
+        model,
+        target,
+        trajectory,
+        mut laser,
+        mut soundings,
+        profile,
+    } = contents;
+    let section = &file.trajectory;
+    let trajectory = trajectory.into_trajectory(
+        file.target.ellipsoid,
+        section.noise(),
+        section.max_gap_s,
+        section.outside.into(),
+    );
+    shift(&mut laser.time_s, file.lidar.time_offset_s);
+    shift(&mut soundings.time_s, file.multibeam.time_offset_s);
+    let frame = file.lidar.frame();
+    let mut problems = vec![];
+    let speed = sound_speed(&file, paths, &soundings.range, profile);
+    let speed = keep(&mut problems, speed.map_err(SurveyError::from)).flatten();
+    let laser_dropped = if frame == LaserCoordinates::Sensor {
+        place_laser(&paths.lidar, &mut laser, &trajectory)
+    } else {
+        Ok(0)
+    };
+    let laser_dropped = keep(&mut problems, laser_dropped.map_err(SurveyError::from));
+    let dropped = place_soundings(&paths.multibeam, &mut soundings, &trajectory);
+    let dropped = keep(&mut problems, dropped.map_err(SurveyError::from));
+    none_of(problems)?;
+    let counts = Counts {
+        trajectory: trajectory.time_s.len(),
+        laser: laser.len(),
+        laser_dropped: laser_dropped.unwrap_or(0),
+        soundings: soundings.len(),
+        soundings_dropped: dropped.unwrap_or(0),
+    };
+    let campaign = Campaign {
+        trajectory,
+        laser: laser.into_scan(frame, file.lidar.noise()),
+        scanner: file.lidar.mounting_deg.mounting(file.lidar.lever_arm_m),
+        scanner_sigma: file.lidar.mounting_sigma(),
+        sonar: file
+            .multibeam
+            .mounting_deg
+            .mounting(file.multibeam.lever_arm_m),
+        soundings: soundings.into_soundings(file.multibeam.noise()),
+        sound_speed: speed,
+        water_level_m: file.target.water_level_m,
+    };
+    Ok(LoadedSurvey {
+        pose: file.target.pose(),
+        notes: notes(&counts, &campaign),
+        file,
+        campaign,
+        target_model: model,
+        target,
+        inputs,
+        counts,
+    })
+}
+
+/// What a report should repeat about the reading.
+fn notes(counts: &Counts, campaign: &Campaign) -> Vec<String> {
+    let mut notes = vec![];
+    let dropped = [
+        ("laser returns", counts.laser_dropped, counts.laser),
+        ("soundings", counts.soundings_dropped, counts.soundings),
+    ];
+    for (what, dropped, kept) in dropped.iter().filter(|(_, dropped, _)| *dropped > 0) {
+        notes.push(format!(
+            "{dropped} of {} {what} were dropped: the trajectory does not cover them",
+            dropped + kept
+        ));
+    }
+    if campaign.sound_speed.is_some()
+        && matches!(campaign.soundings.range, SoundingRange::Metres(_))
+    {
+        notes.push("the sound speed was not used: the soundings are ranges in metres".to_owned());
+    }
+    notes
+}

@@ -1,0 +1,164 @@
+//! Checks of observations that need more than their own file: frames, clocks, gaps.
+
+use std::path::Path;
+
+use super::clock::{Verdict, judge};
+use super::file::SurveyFile;
+use super::problem::Problem;
+use crate::formats::{LaserRecords, SoundingRecords, TrajectoryRecords};
+use crate::observe::{GeodeticTrajectory, LaserCoordinates, SoundingRange};
+use crate::units::degrees;
+
+/// Greatest distance from the scanner or from the target that a return can have, metres.
+const FARTHEST_M: f64 = 20_000.0;
+/// Geocentric distances on and near the earth's surface, metres.
+const EARTH_M: std::ops::RangeInclusive<f64> = 6.3e6..=6.5e6;
+
+/// Adds a clock offset to a column.
+pub(super) fn shift(time_s: &mut [f64], offset_s: f64) {
+    if offset_s != 0.0 {
+        for t in time_s {
+            *t += offset_s;
+        }
+    }
+}
+
+/// The trajectory as a whole: enough records, and latitudes that are not radians by mistake.
+pub(super) fn trajectory_problem(
+    file: &Path,
+    records: &TrajectoryRecords,
+    survey: &SurveyFile,
+) -> Option<Problem> {
+    if records.len() < 2 {
+        let found = format!("{} record", records.len());
+        return Some(Problem::new(
+            file,
+            "whole file",
+            found,
+            "at least two records",
+        ));
+    }
+    let origin = survey.target.pose().origin;
+    let (latitude, longitude) = (records.latitude_rad[0], records.longitude_rad[0]);
+    let away = |a: f64, b: f64| (a - b).abs().to_degrees();
+    let far = away(latitude, origin.latitude_rad) > 1.0;
+    let in_file = (degrees(latitude), degrees(longitude));
+    let near_as_radians =
+        away(in_file.0, origin.latitude_rad) < 0.5 && away(in_file.1, origin.longitude_rad) < 0.5;
+    (far && near_as_radians).then(|| {
+        let found = format!("{}, {}, which are radians", in_file.0, in_file.1);
+        Problem::new(
+            file,
+            "first record, latitude and longitude",
+            found,
+            "degrees",
+        )
+    })
+}
+
+/// The first return that cannot be in the frame that the survey file names.
+pub(super) fn laser_problem(
+    file: &Path,
+    records: &LaserRecords,
+    frame: LaserCoordinates,
+) -> Option<Problem> {
+    let fits = |k: usize| {
+        let (x, y, z) = (records.x_m[k], records.y_m[k], records.z_m[k]);
+        let distance_m = x.hypot(y).hypot(z);
+        match frame {
+            LaserCoordinates::Sensor => distance_m > 0.0 && distance_m <= FARTHEST_M,
+            LaserCoordinates::Target => distance_m <= FARTHEST_M,
+            LaserCoordinates::Geocentric => EARTH_M.contains(&distance_m),
+            LaserCoordinates::Utm { .. } => {
+                (1e5..=9e5).contains(&x) && (0.0..=1e7).contains(&y) && z.abs() <= 12_000.0
+            }
+        }
+    };
+    let k = (0..records.len()).find(|&k| !fits(k))?;
+    let expected = match frame {
+        LaserCoordinates::Sensor => {
+            "a range above 0 m and up to 20000 m (coordinates = \"sensor\")"
+        }
+        LaserCoordinates::Target => "a point within 20000 m of the target's origin",
+        LaserCoordinates::Geocentric => "6300 to 6500 km from the earth's centre",
+        LaserCoordinates::Utm { .. } => {
+            "an easting of 100000 to 900000 m, a northing of 0 to 10000000 m, a height within 12000 m"
+        }
+    };
+    let found = format!(
+        "x, y, z = {}, {}, {}",
+        records.x_m[k], records.y_m[k], records.z_m[k]
+    );
+    Some(Problem::new(
+        file,
+        format!("return {}", k + 1),
+        found,
+        expected,
+    ))
+}
+
+/// Judges the returns' times, and drops those without a position if that is wanted; their number.
+pub(super) fn place_laser(
+    file: &Path,
+    records: &mut LaserRecords,
+    trajectory: &GeodeticTrajectory,
+) -> Result<usize, Problem> {
+    let rows = lost_rows(file, &records.time_s, trajectory)?;
+    for column in [
+        &mut records.time_s,
+        &mut records.x_m,
+        &mut records.y_m,
+        &mut records.z_m,
+    ] {
+        remove(column, &rows);
+    }
+    Ok(rows.len())
+}
+
+/// As [`place_laser`], for soundings.
+pub(super) fn place_soundings(
+    file: &Path,
+    records: &mut SoundingRecords,
+    trajectory: &GeodeticTrajectory,
+) -> Result<usize, Problem> {
+    let rows = lost_rows(file, &records.time_s, trajectory)?;
+    let (SoundingRange::Metres(range) | SoundingRange::TwoWayTravelTime(range)) =
+        &mut records.range;
+    for column in [
+        &mut records.time_s,
+        &mut records.across_rad,
+        &mut records.along_rad,
+        range,
+    ] {
+        remove(column, &rows);
+    }
+    remove(&mut records.ping, &rows);
+    remove(&mut records.beam, &rows);
+    Ok(rows.len())
+}
+
+fn lost_rows(
+    file: &Path,
+    time_s: &[f64],
+    trajectory: &GeodeticTrajectory,
+) -> Result<Vec<usize>, Problem> {
+    let (max_gap_s, outside) = (trajectory.max_gap_s, trajectory.outside);
+    match judge(&trajectory.time_s, max_gap_s, outside, time_s) {
+        Verdict::Keep => Ok(vec![]),
+        Verdict::Drop(rows) => Ok(rows),
+        Verdict::Refuse { found, expected } => Err(Problem::new(file, "times", found, expected)),
+    }
+}
+
+/// Removes rows (ascending) from a column.
+fn remove<T>(column: &mut Vec<T>, rows: &[usize]) {
+    if rows.is_empty() {
+        return;
+    }
+    let (mut row, mut next) = (0, rows.iter().peekable());
+    column.retain(|_| {
+        let hit = next.next_if(|&&r| r == row).is_some();
+        row += 1;
+        !hit
+    });
+}

@@ -1,0 +1,99 @@
+//! What is wrong with a survey: a list, so that everything can be mended in one go.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::formats::FormatError;
+
+/// One thing that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// The file.
+    pub file: PathBuf,
+    /// The place in it: line and key, record, column.
+    pub place: String,
+    /// What was found.
+    pub found: String,
+    /// What was expected.
+    pub expected: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.file.display();
+        let (place, found, expected) = (&self.place, &self.found, &self.expected);
+        write!(f, "{file}: {place}: found {found}, expected {expected}")
+    }
+}
+
+impl Problem {
+    /// From its parts.
+    #[must_use]
+    pub fn new(
+        file: &Path,
+        place: impl Into<String>,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Self {
+        Self {
+            file: file.to_owned(),
+            place: place.into(),
+            found: found.into(),
+            expected: expected.into(),
+        }
+    }
+}
+
+impl From<FormatError> for Problem {
+    fn from(error: FormatError) -> Self {
+        Self {
+            place: error.place.to_string(),
+            file: error.file,
+            found: error.found,
+            expected: error.expected,
+        }
+    }
+}
+
+/// Everything that is wrong with a survey, never empty.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{}", list(problems))]
+pub struct SurveyError {
+    /// In the order of the files and of the lines in them.
+    pub problems: Vec<Problem>,
+}
+
+impl From<FormatError> for SurveyError {
+    fn from(error: FormatError) -> Self {
+        Self {
+            problems: vec![error.into()],
+        }
+    }
+}
+
+impl From<Problem> for SurveyError {
+    fn from(problem: Problem) -> Self {
+        Self {
+            problems: vec![problem],
+        }
+    }
+}
+
+/// Nothing when there is no problem.
+///
+/// # Errors
+/// [`SurveyError`] with the problems, if there are any.
+pub fn none_of(problems: Vec<Problem>) -> Result<(), SurveyError> {
+    if problems.is_empty() {
+        Ok(())
+    } else {
+        Err(SurveyError { problems })
+    }
+}
+
+fn list(problems: &[Problem]) -> String {
+    let lines: Vec<_> = problems.iter().map(ToString::to_string).collect();
+    lines.join("\n")
+}

@@ -1,0 +1,132 @@
+//! Rules of a survey file that concern more than one key.
+
+use std::path::Path;
+
+use super::document::Document;
+use super::keys;
+use super::problem::Problem;
+use super::schema::{self, Key};
+
+/// Every fault of a survey file's text; where `folder` is given, also of the paths in it.
+pub(super) fn survey_problems(document: &Document<'_>, folder: Option<&Path>) -> Vec<Problem> {
+    if let Some(problem) = procedure_not_built(document) {
+        return vec![problem];
+    }
+    let mut problems = schema::check(document, keys::SURVEY);
+    problems.extend(lidar_problems(document));
+    problems.extend(sound_speed_problems(document));
+    if let Some(folder) = folder {
+        problems.extend(missing_files(document, folder));
+    }
+    problems
+}
+
+fn procedure_not_built(document: &Document<'_>) -> Option<Problem> {
+    let procedure = document.string(&["procedure"])?;
+    let planned = procedure != "pool" && keys::PROCEDURES.contains(&procedure);
+    planned.then(|| {
+        document.problem(
+            &["procedure"],
+            format!("\"{procedure}\", which is not built yet"),
+            "one that is built: \"pool\"",
+        )
+    })
+}
+
+/// What each frame of laser points needs and what it excludes.
+fn lidar_problems(document: &Document<'_>) -> Vec<Problem> {
+    if document.get(&["lidar"]).is_none() {
+        return vec![];
+    }
+    let coordinates = document
+        .string(&["lidar", "coordinates"])
+        .unwrap_or("sensor");
+    let needed: &[&str] = match coordinates {
+        "sensor" => &[
+            "lever_arm_m",
+            "mounting_deg",
+            "range_sigma_m",
+            "angle_sigma_deg",
+        ],
+        "target" | "geocentric" => &["point_sigma_m"],
+        "utm" => &["utm_zone", "point_sigma_m"],
+        _ => &[],
+    };
+    let has = |key: &str| document.get(&["lidar", key]).is_some();
+    let mut problems: Vec<_> = needed
+        .iter()
+        .filter(|key| !has(key))
+        .map(|key| {
+            let expected = format!("this key with coordinates = \"{coordinates}\"");
+            document.problem(&["lidar", key], "nothing", expected)
+        })
+        .collect();
+    let pair = ["mounting_sigma_deg", "lever_arm_sigma_m"];
+    if has(pair[0]) != has(pair[1]) {
+        let (there, missing) = if has(pair[0]) {
+            (pair[0], pair[1])
+        } else {
+            (pair[1], pair[0])
+        };
+        let expected = format!("it beside {there}: the scanner's calibration has both");
+        problems.push(document.problem(&["lidar", missing], "nothing", expected));
+    }
+    problems
+}
+
+fn sound_speed_problems(document: &Document<'_>) -> Vec<Problem> {
+    let section = ["sound_speed"];
+    if document.get(&section).is_none() {
+        return vec![];
+    }
+    let has = |key| document.get(&["sound_speed", key]).is_some();
+    let found = match (has("speed_m_s"), has("profile")) {
+        (true, true) => "both speed_m_s and profile",
+        (false, false) => "neither speed_m_s nor profile",
+        _ => return vec![],
+    };
+    vec![document.problem(&section, found, "one of them")]
+}
+
+/// Paths that do not lead to a file.
+fn missing_files(document: &Document<'_>, folder: &Path) -> Vec<Problem> {
+    let paths = [
+        ["target", "model"],
+        ["trajectory", "path"],
+        ["lidar", "path"],
+        ["multibeam", "path"],
+        ["sound_speed", "profile"],
+    ];
+    let missing = |path: &[&str; 2]| {
+        let name = document.string(path)?;
+        let found = match std::fs::metadata(folder.join(name)) {
+            Ok(file) if file.is_dir() => format!("\"{name}\", a folder"),
+            Ok(_) => return None,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                format!("\"{name}\", no such file")
+            }
+            Err(error) => format!("\"{name}\": {error}"),
+        };
+        Some(document.problem(
+            path,
+            found,
+            "a readable file, its path relative to the survey file",
+        ))
+    };
+    paths.iter().filter_map(missing).collect()
+}
+
+/// Every fault of a target file's text.
+pub(super) fn target_problems(document: &Document<'_>) -> Vec<Problem> {
+    let keys: &[Key] = match document.string(&["kind"]) {
+        Some("pool-wall") => keys::WALL,
+        Some("faces") => keys::FACES,
+        _ => {
+            let of_kind = |p: &Problem| p.place.ends_with(", kind");
+            let mut problems = schema::check(document, keys::NO_KIND);
+            problems.retain(of_kind);
+            return problems;
+        }
+    };
+    schema::check(document, keys)
+}
