@@ -72,7 +72,7 @@ fn misfit(survey: &Simulated, p: &Vector3<f64>) -> f64 {
 
 #[test]
 fn without_noise_every_sounding_lies_on_its_face() {
-    let mut scenario = short(Sources::none().with(Source::TargetOffsets, 1.0));
+    let scenario = short(Sources::none().with(Source::TargetOffsets, 1.0));
     let survey = simulate(&scenario, 7).expect("a survey");
     let s = &survey.campaign.soundings;
     assert!(s.len() > 10_000, "{}", s.len());
@@ -137,6 +137,95 @@ fn switching_a_source_off_leaves_the_others_alone() {
         let drift = height(&only, k) - height(&still, k);
         assert!((height(&all, k) - height(&rest, k) - drift).abs() < 1e-8);
     }
+}
+
+/// Latency and range scale as the interface has them: epoch = stamp - latency, true range = measured x (1 + scale).
+#[test]
+fn latency_and_range_scale_have_the_signs_of_the_interface() {
+    let mut scenario = short(Sources::none());
+    let plain = simulate(&scenario, 1).expect("a survey").campaign.soundings;
+    scenario.truth.latency_s = 0.02;
+    scenario.truth.range_scale = 0.01;
+    scenario.sources = scenario
+        .sources
+        .with(Source::Latency, 1.0)
+        .with(Source::SoundSpeed, 1.0);
+    let wrong = simulate(&scenario, 1).expect("a survey").campaign.soundings;
+    assert_eq!(plain.len(), wrong.len());
+    for k in 0..plain.len() {
+        assert!((wrong.time_s[k] - plain.time_s[k] - 0.02).abs() < 1e-9);
+        let truth = metres(&wrong.range)[k] * 1.01;
+        assert!((truth - metres(&plain.range)[k]).abs() < 1e-12);
+    }
+}
+
+/// Travel times to a level floor through a constant gradient: `t = ln(tan(a1/2) / tan(a0/2)) / g` with Snell's `sin a / c` constant.
+#[test]
+fn bent_rays_take_the_time_of_the_closed_form() {
+    let mut scenario = short(Sources::none());
+    scenario.pass[0].distance_m = 1000.0; // nothing but the floor within reach
+    scenario.multibeam.records = boresight::simulate::scenario::Recorded::TravelTime;
+    let (surface, gradient) = (1500.0, 4.0);
+    let text = format!(
+        "profile = [[0.0, {surface}], [20.0, {}]]",
+        surface + 20.0 * gradient
+    );
+    scenario.sound_speed = Some(toml::from_str(&text).expect("a profile"));
+    let survey = simulate(&scenario, 1).expect("a survey");
+    let s = &survey.campaign.soundings;
+    let SoundingRange::TwoWayTravelTime(times) = &s.range else {
+        panic!("expected travel times")
+    };
+    let (mut steep, mut flat) = (0, 0);
+    for k in 0..s.len() {
+        let (_, position, body) = record(&survey, s.time_s[k]);
+        let a = s.across_rad[k];
+        let down = -(body * survey.truth.rotation() * Vector3::new(a.sin(), 0.0, -a.cos())).z;
+        let depth = -(position + body * survey.truth.lever_arm()).z;
+        let (c0, c1) = (surface + gradient * depth, surface - gradient * FLOOR_M);
+        let begin = down.clamp(-1.0, 1.0).acos();
+        let end_sine = begin.sin() * c1 / c0;
+        if down < 0.2 || end_sine > 0.98 {
+            flat += 1;
+            continue; // grazing rays: the closed form and the steps both lose digits
+        }
+        steep += 1;
+        let expected = ((end_sine.asin() / 2.0).tan() / (begin / 2.0).tan()).ln() / gradient;
+        assert!(
+            (0.5 * times[k] - expected).abs() * 1500.0 < 2e-6,
+            "{} {expected}",
+            times[k]
+        );
+    }
+    assert!(steep > 5000 && flat < steep, "{steep} {flat}");
+}
+
+#[test]
+fn gross_errors_are_as_many_and_as_wide_as_asked() {
+    let mut scenario = short(Sources::only(&[Source::GrossErrors]));
+    scenario.disturbance.gross_fraction = 0.3;
+    scenario.disturbance.gross_range_m = 3.0;
+    let survey = simulate(&scenario, 4).expect("a survey").campaign.soundings;
+    scenario.sources = Sources::none();
+    let clean = simulate(&scenario, 4).expect("a survey").campaign.soundings;
+    let place = |s: &boresight::observe::Soundings, k: usize| (s.ping[k], s.beam[k]);
+    let ranges: std::collections::BTreeMap<_, _> = (0..clean.len())
+        .map(|k| (place(&clean, k), metres(&clean.range)[k]))
+        .collect();
+    let errors: Vec<f64> = (0..survey.len())
+        .map(|k| metres(&survey.range)[k] - ranges[&place(&survey, k)])
+        .filter(|e| e.abs() > 1e-9)
+        .collect();
+    let (count, all) = (errors.len() as f64, survey.len() as f64);
+    let four_sigma = 4.0 * (0.3 * 0.7 / all).sqrt();
+    assert!(
+        (count / all - 0.3).abs() < four_sigma + 0.005,
+        "{}",
+        count / all
+    );
+    assert!(errors.iter().all(|e| e.abs() <= 3.0));
+    let ratio = variance(&errors) / 3.0; // a uniform error within 3 m has the variance 3 m2
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
 }
 
 /// Even when another scene makes other beams hit, the beams common to both keep their noise.
