@@ -27,11 +27,19 @@ fn main() {
         eprintln!("usage: pulls SCENARIO.toml [N] [FIRST]");
         std::process::exit(2);
     };
-    let number = |k: usize, default: u64| arguments.get(k).and_then(|a| a.parse().ok()).unwrap_or(default);
+    let number = |k: usize, default: u64| {
+        arguments
+            .get(k)
+            .and_then(|a| a.parse().ok())
+            .unwrap_or(default)
+    };
     let (count, first) = (number(1, 100), number(2, 1));
     let text = std::fs::read_to_string(path).expect("readable scenario");
     let scenario: Scenario = toml::from_str(&text).expect("a scenario");
-    let trials: Vec<Trial> = (first..first + count).into_par_iter().map(|seed| trial(&scenario, seed)).collect();
+    let trials: Vec<Trial> = (first..first + count)
+        .into_par_iter()
+        .map(|seed| trial(&scenario, seed))
+        .collect();
     for (k, trial) in trials.iter().enumerate() {
         if let Some(reason) = &trial.refusal {
             println!("seed {}: {reason}", first + k as u64);
@@ -39,19 +47,33 @@ fn main() {
     }
     let joint: Vec<_> = trials.iter().filter_map(|t| t.joint).collect();
     let sequential: Vec<_> = trials.iter().filter_map(|t| t.sequential).collect();
-    println!("{path}: seeds {first} to {}, {} usable", first + count - 1, joint.len());
-    println!("mean variance factor {:.4}", trials.iter().map(|t| t.variance_factor).sum::<f64>() / trials.len() as f64);
-    println!("| parameter | unit | mean error | standard error | RMS error | mean sigma | pull RMS | pull mean | sequential RMS |");
+    println!(
+        "{path}: seeds {first} to {}, {} usable",
+        first + count - 1,
+        joint.len()
+    );
+    println!(
+        "mean variance factor {:.4}",
+        trials.iter().map(|t| t.variance_factor).sum::<f64>() / trials.len() as f64
+    );
+    println!(
+        "| parameter | unit | mean error | standard error | RMS error | mean sigma | pull RMS | pull mean | sequential RMS |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|");
     for i in 0..6 {
-        let (unit, scale) = if i < 3 { ("deg", 1f64.to_degrees()) } else { ("mm", 1e3) };
+        let (unit, scale) = if i < 3 {
+            ("deg", 1f64.to_degrees())
+        } else {
+            ("mm", 1e3)
+        };
         let n = joint.len() as f64;
         let mean = joint.iter().map(|t| t.0[i]).sum::<f64>() / n;
         let rms = (joint.iter().map(|t| t.0[i].powi(2)).sum::<f64>() / n).sqrt();
         let sigma = joint.iter().map(|t| t.1[i]).sum::<f64>() / n;
         let pull = (joint.iter().map(|t| (t.0[i] / t.1[i]).powi(2)).sum::<f64>() / n).sqrt();
         let bias = joint.iter().map(|t| t.0[i] / t.1[i]).sum::<f64>() / n;
-        let old = (sequential.iter().map(|t| t[i].powi(2)).sum::<f64>() / sequential.len() as f64).sqrt();
+        let old =
+            (sequential.iter().map(|t| t[i].powi(2)).sum::<f64>() / sequential.len() as f64).sqrt();
         println!(
             "| {} | {unit} | {:.5} | {:.5} | {:.5} | {:.5} | {pull:.3} | {bias:+.3} | {:.4} |",
             SIX[i],

@@ -46,6 +46,7 @@ pub(super) fn trace(
             direction: half,
         };
         if let Some(hit) = cast(&chord).filter(|hit| hit.range_m <= STEP_M) {
+            let (speed, _) = turn(&(ray.origin_m + half * (0.5 * hit.range_m)), &half);
             return Some(Path {
                 time_s: time_s + hit.range_m / speed,
                 cosine: hit.cosine,

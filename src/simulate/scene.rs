@@ -41,6 +41,8 @@ pub struct Hit {
 
 /// Nearer than this nothing is hit, metres.
 const BLANKING_M: f64 = 1e-3;
+/// Farther than this nothing is hit, metres.
+const FARTHEST_M: f64 = 1e6;
 
 /// A plane polygon.
 #[derive(Clone, Debug)]
@@ -82,12 +84,12 @@ impl Facet {
         }
     }
 
-    /// Distance and cosine where the ray crosses the polygon.
+    /// Distance and cosine where the ray crosses the polygon, if that is nearer than `limit_m`.
     #[must_use]
-    pub fn cross(&self, ray: &Ray) -> Option<(f64, f64)> {
+    pub fn cross(&self, ray: &Ray, limit_m: f64) -> Option<(f64, f64)> {
         let slope = self.normal.dot(&ray.direction);
         let range_m = (self.offset_m - self.normal.dot(&ray.origin_m)) / slope;
-        if !(range_m > BLANKING_M && range_m < 1e6) {
+        if !(range_m > BLANKING_M && range_m < limit_m) {
             return None;
         }
         let p = ray.origin_m + ray.direction * range_m - self.centre_m;
@@ -149,9 +151,9 @@ impl Solid {
         self.velocity_m_s.norm()
     }
 
-    /// Distance where the ray enters the box (slab by slab).
+    /// Distance where the ray enters the box (slab by slab), if that is nearer than `limit_m`; the cosine is taken as 1.
     #[must_use]
-    pub fn enter(&self, ray: &Ray, time_s: f64) -> Option<f64> {
+    pub fn enter(&self, ray: &Ray, time_s: f64, limit_m: f64) -> Option<(f64, f64)> {
         let o = ray.origin_m - self.centre_at(time_s);
         let (mut first, mut last) = (BLANKING_M, f64::INFINITY);
         for axis in 0..3 {
@@ -161,7 +163,7 @@ impl Solid {
             first = first.max(a.min(b));
             last = last.min(a.max(b));
         }
-        (first < last).then_some(first)
+        (first < last && first < limit_m).then_some((first, 1.0))
     }
 }
 
@@ -181,10 +183,10 @@ impl Endless {
         }
     }
 
-    fn cross(&self, ray: &Ray) -> Option<(f64, f64)> {
+    fn cross(&self, ray: &Ray, limit_m: f64) -> Option<(f64, f64)> {
         let slope = self.normal.dot(&ray.direction);
         let range_m = (self.offset_m - self.normal.dot(&ray.origin_m)) / slope;
-        (range_m > BLANKING_M && range_m < 1e6).then_some((range_m, slope.abs()))
+        (range_m > BLANKING_M && range_m < limit_m).then_some((range_m, slope.abs()))
     }
 }
 
@@ -241,21 +243,19 @@ impl Scene {
         time_s: f64,
         among: impl Iterator<Item = Surface>,
     ) -> Option<Hit> {
-        let planes = (0..self.planes.len()).map(Surface::Plane);
         let floor = self.floor.iter().map(|_| Surface::Floor);
+        let endless = floor.chain((0..self.planes.len()).map(Surface::Plane));
         let mut best: Option<Hit> = None;
-        for surface in among.chain(planes).chain(floor) {
+        let mut limit_m = FARTHEST_M;
+        for surface in endless.chain(among) {
             let crossing = match surface {
-                Surface::Face(k) => self.facets[k].cross(ray),
-                Surface::Floor => self.floor.and_then(|f| f.cross(ray)),
-                Surface::Plane(k) => self.planes[k].cross(ray),
-                Surface::Body(k) => self.solids[k]
-                    .enter(ray, time_s)
-                    .map(|range_m| (range_m, 1.0)),
+                Surface::Face(k) => self.facets[k].cross(ray, limit_m),
+                Surface::Floor => self.floor.and_then(|f| f.cross(ray, limit_m)),
+                Surface::Plane(k) => self.planes[k].cross(ray, limit_m),
+                Surface::Body(k) => self.solids[k].enter(ray, time_s, limit_m),
             };
-            if let Some((range_m, cosine)) = crossing
-                && best.is_none_or(|b| range_m < b.range_m)
-            {
+            if let Some((range_m, cosine)) = crossing {
+                limit_m = range_m;
                 best = Some(Hit {
                     range_m,
                     cosine,

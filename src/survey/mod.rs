@@ -1,3 +1,4 @@
+<<<<<<< HEAD
 //! Survey files: read, checked as a whole, and composed into what the floors below need.
 //!
 //! [`load`] reads a survey file and every file that it names. All faults of the survey file are listed at once, each with its
@@ -18,3 +19,12 @@ pub mod schema;
 pub use file::SurveyFile;
 pub use load::{Counts, LoadedSurvey, load, parse_survey, parse_target, read_survey_file};
 pub use problem::{Problem, SurveyError};
+=======
+//! Survey and scenario files.
+
+pub mod scenario;
+pub mod write;
+
+pub use scenario::{ScenarioError, ScenarioFile};
+pub use write::write_survey;
+>>>>>>> simulate

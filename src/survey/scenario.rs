@@ -1,0 +1,310 @@
+//! Scenario files: a survey file's keys plus what only the simulator needs; read with every fault named at once.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use thiserror::Error;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+
+use crate::simulate::Scenario;
+
+/// A scenario, and what it says of the survey files and the calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScenarioFile {
+    /// What is simulated.
+    pub scenario: Scenario,
+    /// Name of the trajectory file to write: `.csv`, `.out` or `.sbet`.
+    pub trajectory: String,
+    /// Name of the laser file to write: `.laz`, `.las` or `.csv`.
+    pub lidar: String,
+    /// Name of the soundings file to write: `.csv`.
+    pub multibeam: String,
+    /// The sections `[sequential]` and `[joint]`, handed on to the survey file as they are.
+    pub calibration: toml::Table,
+}
+
+/// What is wrong with a scenario file; every fault that can be told at once.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{}", list(file, faults))]
+pub struct ScenarioError {
+    /// The file.
+    pub file: PathBuf,
+    /// One sentence each: place, found, expected.
+    pub faults: Vec<String>,
+}
+
+fn list(file: &Path, faults: &[String]) -> String {
+    let line = |fault: &String| format!("{}: {fault}", file.display());
+    faults.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// Reads a scenario file; a target given as a path is read from beside it.
+///
+/// # Errors
+/// [`ScenarioError`]: unreadable, not TOML, unknown keys (all of them, with the nearest known one), wrong types, impossible values.
+pub fn read(file: &Path) -> Result<ScenarioFile, ScenarioError> {
+    let text = std::fs::read_to_string(file).map_err(|error| fault(file, error.to_string()))?;
+    let folder = file.parent().unwrap_or(Path::new("."));
+    parse(file, &text, |model| {
+        std::fs::read_to_string(folder.join(model))
+    })
+}
+
+/// The scenario in a text that names no other file, such as the demo's; `file` names it in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_text(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError> {
+    let absent = || std::io::Error::from(std::io::ErrorKind::NotFound);
+    parse(file, text, |_| Err(absent()))
+}
+
+fn fault(file: &Path, fault: String) -> ScenarioError {
+    ScenarioError {
+        file: file.to_owned(),
+        faults: vec![fault],
+    }
+}
+
+fn parse(
+    file: &Path,
+    text: &str,
+    open: impl Fn(&str) -> std::io::Result<String>,
+) -> Result<ScenarioFile, ScenarioError> {
+    let mut root = table_of(file, text)?;
+    let model_text = match path_of_model(&root) {
+        Some(path) => Some(
+            open(&path).map_err(|e| fault(file, format!("[target] model = \"{path}\": {e}")))?,
+        ),
+        None => None,
+    };
+    if let Some(model_text) = &model_text {
+        insert_model(&mut root, table_of(file, model_text)?);
+    }
+    let name = |root: &mut Spanned<DeTable<'_>>, section, default: &str| {
+        take_text(root, section, "path").unwrap_or_else(|| default.to_owned())
+    };
+    let trajectory = take_text(&mut root, "trajectory", "path");
+    let (lidar, multibeam) = (
+        name(&mut root, "lidar", "lidar.laz"),
+        name(&mut root, "multibeam", "multibeam.csv"),
+    );
+    let calibration = take_calibration(&mut root);
+    let scenario = deserialise(text, &mut root).map_err(|faults| ScenarioError {
+        file: file.to_owned(),
+        faults,
+    })?;
+    let recorded = if scenario.trajectory.velocity {
+        "trajectory.out"
+    } else {
+        "trajectory.csv"
+    };
+    Ok(ScenarioFile {
+        trajectory: trajectory.unwrap_or_else(|| recorded.to_owned()),
+        lidar,
+        multibeam,
+        calibration,
+        scenario,
+    })
+}
+
+fn table_of<'t>(file: &Path, text: &'t str) -> Result<Spanned<DeTable<'t>>, ScenarioError> {
+    let (root, errors) = DeTable::parse_recoverable(text);
+    if errors.is_empty() {
+        return Ok(root);
+    }
+    let faults = errors
+        .iter()
+        .map(|e| format!("line {}: {}", line_of(text, e), e.message()))
+        .collect();
+    Err(ScenarioError {
+        file: file.to_owned(),
+        faults,
+    })
+}
+
+fn line_of(text: &str, error: &toml::de::Error) -> usize {
+    let begin = error.span().map_or(0, |span| span.start);
+    1 + text.bytes().take(begin).filter(|&b| b == b'\n').count()
+}
+
+fn path_of_model(root: &Spanned<DeTable<'_>>) -> Option<String> {
+    let target = root.get_ref().get("target")?.get_ref().as_table()?;
+    Some(target.get("model")?.get_ref().as_str()?.to_owned())
+}
+
+fn insert_model<'t>(root: &mut Spanned<DeTable<'t>>, model: Spanned<DeTable<'t>>) {
+    let target = root.get_mut().get_mut("target").map(Spanned::get_mut);
+    if let Some(DeValue::Table(target)) = target
+        && let Some(value) = target.get_mut("model")
+    {
+        *value.get_mut() = DeValue::Table(model.into_inner());
+    }
+}
+
+/// Removes a text from a section and returns it.
+fn take_text(root: &mut Spanned<DeTable<'_>>, section: &str, key: &str) -> Option<String> {
+    let DeValue::Table(table) = root.get_mut().get_mut(section)?.get_mut() else {
+        return None;
+    };
+    let text = table.get(key)?.get_ref().as_str()?.to_owned();
+    table.remove(key);
+    Some(text)
+}
+
+/// Removes what is meant for the calibration; the survey file's reader judges it.
+fn take_calibration(root: &mut Spanned<DeTable<'_>>) -> toml::Table {
+    root.get_mut().remove("procedure");
+    let take = |key: &str| {
+        let value = root.get_mut().remove(key)?;
+        let value = toml::Value::deserialize(ValueDeserializer::from(value)).ok()?;
+        Some((key.to_owned(), value))
+    };
+    ["sequential", "joint"]
+        .into_iter()
+        .filter_map(take)
+        .collect()
+}
+
+/// The scenario, or every unknown key, then the first other misfit, then impossible values.
+fn deserialise(text: &str, root: &mut Spanned<DeTable<'_>>) -> Result<Scenario, Vec<String>> {
+    let mut faults = vec![];
+    loop {
+        let error = match Scenario::deserialize(Deserializer::from(root.clone())) {
+            Ok(scenario) => {
+                faults.extend(scenario.check());
+                return if faults.is_empty() {
+                    Ok(scenario)
+                } else {
+                    Err(faults)
+                };
+            }
+            Err(error) => error,
+        };
+        let removed =
+            error.message().starts_with("unknown field") && remove(root.get_mut(), error.span());
+        faults.push(format!(
+            "line {}: {}",
+            line_of(text, &error),
+            sentence(error.message())
+        ));
+        if !removed {
+            return Err(faults);
+        }
+    }
+}
+
+/// Removes the key at this place of the text, wherever it is; false if there is none.
+fn remove(table: &mut DeTable<'_>, span: Option<std::ops::Range<usize>>) -> bool {
+    let Some(span) = span else { return false };
+    let here = table.keys().find(|key| key.span() == span);
+    if let Some(name) = here.map(|key| key.get_ref().to_string()) {
+        return table.remove(name.as_str()).is_some();
+    }
+    let mut values = table.iter_mut().map(|(_, value)| value.get_mut());
+    values.any(|value| remove_below(value, &span))
+}
+
+fn remove_below(value: &mut DeValue<'_>, span: &std::ops::Range<usize>) -> bool {
+    match value {
+        DeValue::Table(table) => remove(table, Some(span.clone())),
+        DeValue::Array(values) => values.iter_mut().any(|v| remove_below(v.get_mut(), span)),
+        _ => false,
+    }
+}
+
+/// Says which known key is nearest to an unknown one.
+fn sentence(message: &str) -> String {
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let (Some(found), true) = (quoted.next(), message.starts_with("unknown")) else {
+        return message.to_owned();
+    };
+    let nearness = |known: &&str| strsim::jaro_winkler(found, known);
+    let nearest = quoted.max_by(|a, b| nearness(a).total_cmp(&nearness(b)));
+    let hint = nearest.map_or_else(String::new, |known| {
+        format!(", the nearest known one is \"{known}\"")
+    });
+    format!("unknown key \"{found}\"{hint}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::DEMO;
+
+    fn faults_of(text: &str) -> Vec<String> {
+        from_text(Path::new("s.toml"), text)
+            .expect_err("faults")
+            .faults
+    }
+
+    #[test]
+    fn every_unknown_key_is_named_with_its_line_and_the_nearest_one() {
+        let text = DEMO
+            .replace("line_rate_hz", "line_rate")
+            .replace("floor_m", "flor_m")
+            .replace("[motion]", "[motoin]");
+        let faults = faults_of(&text);
+        assert_eq!(faults.len(), 3, "{faults:?}");
+        let line = 1 + text
+            .lines()
+            .position(|l| l.starts_with("line_rate ="))
+            .expect("the line");
+        let expected = format!(
+            "line {line}: unknown key \"line_rate\", the nearest known one is \"line_rate_hz\""
+        );
+        assert!(faults.contains(&expected), "{faults:?}");
+        assert!(
+            faults
+                .iter()
+                .any(|f| f.ends_with("the nearest known one is \"floor_m\""))
+        );
+        assert!(
+            faults
+                .iter()
+                .any(|f| f.ends_with("the nearest known one is \"motion\""))
+        );
+    }
+
+    #[test]
+    fn impossible_values_are_listed_together() {
+        let text = DEMO
+            .replace("beams = 256", "beams = 1")
+            .replace("speed_m_s = 0.8", "speed_m_s = -1.0");
+        let faults = faults_of(&text);
+        assert!(
+            faults.contains(&"multibeam.beams = 1, expected 2 to 30000".to_owned()),
+            "{faults:?}"
+        );
+        assert!(
+            faults
+                .iter()
+                .filter(|f| f.contains("speed_m_s = -1"))
+                .count()
+                == 3,
+            "{faults:?}"
+        );
+    }
+
+    #[test]
+    fn broken_toml_names_its_line() {
+        assert!(
+            faults_of("name = \n\n")
+                .first()
+                .is_some_and(|f| f.starts_with("line 1"))
+        );
+    }
+
+    #[test]
+    fn calibration_sections_and_paths_are_handed_on() {
+        let text = DEMO.replace(
+            "[lidar]",
+            "[joint]\ndrift = \"off\"\n\n[lidar]\npath = \"points.las\"",
+        );
+        let file = from_text(Path::new("s.toml"), &text).expect("a scenario");
+        assert_eq!(file.lidar, "points.las");
+        assert_eq!(file.calibration["joint"]["drift"].as_str(), Some("off"));
+        assert_eq!(file.trajectory, "trajectory.csv");
+    }
+}

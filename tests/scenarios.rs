@@ -1,0 +1,99 @@
+//! Every scenario, target and sensor of `models/` is read, simulated and written.
+
+use std::path::{Path, PathBuf};
+
+use boresight::simulate::{Sources, simulate};
+use boresight::survey::{scenario, write_survey};
+use boresight::target::{Target, TargetModel};
+
+fn files(folder: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("models")
+        .join(folder);
+    let entries = std::fs::read_dir(folder).expect("the folder");
+    let mut files: Vec<_> = entries.map(|e| e.expect("an entry").path()).collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn every_scenario_has_observations_of_both_sensors() {
+    let files = files("scenarios");
+    assert!(files.len() >= 10);
+    for path in files {
+        let file = scenario::read(&path).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(
+            Some(file.scenario.name.as_str()),
+            path.file_stem().and_then(|s| s.to_str())
+        );
+        let mut thin = file.scenario;
+        thin.multibeam.beams = 20;
+        thin.lidar.points_per_line = 40;
+        let survey = simulate(&thin, 1).expect("a survey");
+        assert!(survey.campaign.soundings.len() > 1000, "{}", path.display());
+        assert!(survey.campaign.laser.len() > 300, "{}", path.display());
+    }
+}
+
+#[test]
+fn every_target_can_be_built() {
+    for path in files("targets") {
+        let text = std::fs::read_to_string(&path).expect("readable");
+        let model: TargetModel =
+            toml::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        assert!(Target::from_model(&model).is_ok(), "{}", path.display());
+    }
+}
+
+#[test]
+fn every_sensor_file_names_the_source_of_its_figures() {
+    for path in files("sensors") {
+        let text = std::fs::read_to_string(&path).expect("readable");
+        let table: toml::Table =
+            toml::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        assert!(
+            table.len() > 3 && text.matches('#').count() > 3,
+            "{}",
+            path.display()
+        );
+    }
+}
+
+/// What is written is what was simulated, to the resolution of the files.
+#[test]
+fn a_written_survey_reads_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/scenarios/single-pass-thin.toml");
+    let mut file = scenario::read(&path).expect("a scenario");
+    file.scenario.sources = Sources::default();
+    let survey = simulate(&file.scenario, 3).expect("a survey");
+    write_survey(folder.path(), &file, &survey).expect("written");
+    let campaign = &survey.campaign;
+    let soundings = boresight::formats::read_soundings(&folder.path().join("multibeam.csv"))
+        .expect("soundings");
+    assert_eq!(soundings.ping, campaign.soundings.ping);
+    let off = |a: &[f64], b: &[f64]| {
+        a.iter()
+            .zip(b)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max)
+    };
+    assert!(off(&soundings.across_rad, &campaign.soundings.across_rad) < 1e-8);
+    let trajectory = boresight::formats::read_trajectory(&folder.path().join("trajectory.csv"))
+        .expect("records");
+    assert!(off(&trajectory.height_m, &campaign.trajectory.height_m) < 1e-6);
+    let laser = boresight::formats::read_laser(&folder.path().join("lidar.laz")).expect("returns");
+    assert_eq!(laser.len(), campaign.laser.len());
+    assert!(off(&laser.x_m, &campaign.laser.x_m) < 1e-4);
+    let text = std::fs::read_to_string(folder.path().join("truth.json")).expect("the truth");
+    let truth: boresight::simulate::Truth = serde_json::from_str(&text).expect("the truth");
+    assert_eq!(truth, survey.truth);
+    let survey_file =
+        std::fs::read_to_string(folder.path().join("survey.toml")).expect("the survey file");
+    let table: toml::Table = toml::from_str(&survey_file).expect("TOML");
+    assert_eq!(table["procedure"].as_str(), Some("pool"));
+    assert_eq!(
+        table["target"]["azimuth_deg"].as_float(),
+        Some(survey.prior.azimuth_rad.to_degrees())
+    );
+}
