@@ -1,4 +1,3 @@
-<<<<<<< HEAD
 //! Survey files: read, checked as a whole, and composed into what the floors below need.
 //!
 //! [`load`] reads a survey file and every file that it names. All faults of the survey file are listed at once, each with its
@@ -14,17 +13,12 @@ mod load;
 mod observations;
 pub mod problem;
 mod rules;
+pub mod scenario;
 pub mod schema;
+pub mod write;
 
 pub use file::SurveyFile;
 pub use load::{Counts, LoadedSurvey, load, parse_survey, parse_target, read_survey_file};
 pub use problem::{Problem, SurveyError};
-=======
-//! Survey and scenario files.
-
-pub mod scenario;
-pub mod write;
-
 pub use scenario::{ScenarioError, ScenarioFile};
 pub use write::write_survey;
->>>>>>> simulate
