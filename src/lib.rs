@@ -18,3 +18,8 @@ pub mod stats;
 pub mod survey;
 pub mod target;
 pub mod units;
+
+/// The code in `docs/` compiles and runs as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/conventions.md")]
+pub struct DocsPages;

@@ -115,11 +115,11 @@ pub struct SequentialSolution {
 /// One pass of the reference path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SequentialIteration {
-    /// From 1.
+    /// From 0, the mounting as given; pass k is the mounting after k corrections.
     pub pass: u32,
-    /// Angle between the scanner's and the multibeam's normal, by plane (`P1` to `P4`), degrees.
+    /// Angle between the scanner's and the multibeam's normal under this mounting, by plane (`P1` to `P4`), degrees.
     pub angle_deg: BTreeMap<String, f64>,
-    /// Correction reached after this pass, body frame.
+    /// Correction of this mounting, body frame.
     pub correction_deg: Angles,
 }
 
