@@ -201,7 +201,11 @@ pub fn run(
     let mut ties = associate(scene, start, patches, config, &blocks, &estimate);
     let mut rounds = vec![];
     loop {
-        progress(&format!("joint path: round {}, {} soundings tied", rounds.len() + 1, ties.ties.len()));
+        progress(&format!(
+            "joint path: round {}, {} soundings tied",
+            rounds.len() + 1,
+            ties.ties.len()
+        ));
         let before = blocks.mounting.at(&estimate.parameters);
         let solution = adjust(scene, start, config, &epochs, &blocks, &ties, estimate)?;
         let outcome =

@@ -7,7 +7,10 @@ use super::config::{Drift, JointConfig, Planes, SequentialConfig};
 use super::joint::{self, JointOutcome, JointStart};
 use super::planes::{self, GroupPlanes};
 use super::scene::{RoughMounting, Scene};
-use super::sequential::{self, FaceSoundings, HorizontalReturns, HorizontalSoundings, RoleSoundings, ScannerPlanes, SequentialError};
+use super::sequential::{
+    self, FaceSoundings, HorizontalReturns, HorizontalSoundings, RoleSoundings, ScannerPlanes,
+    SequentialError,
+};
 use super::ties::{self, Tie, TieSet};
 use super::verdict::Refusal;
 use crate::adjust::AdjustError;
@@ -90,18 +93,35 @@ const CANDIDATE_M: f64 = 0.5;
 ///
 /// # Errors
 /// [`PoolError`] when the input cannot be worked with at all; a calibration that ends without a usable result is an outcome.
-pub fn calibrate<'a>(input: &PoolInput<'a>, progress: &(dyn Fn(&str) + Sync)) -> Result<PoolOutcome<'a>, PoolError> {
+pub fn calibrate<'a>(
+    input: &PoolInput<'a>,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<PoolOutcome<'a>, PoolError> {
     progress("refining the target's pose from the laser points");
     let scene = Scene::prepare(input.campaign, input.target, input.prior)?;
     let level_m = input.campaign.water_level_m;
-    let mut laser = Patches::new(input.target, Water::Above, level_m, &scene.origins(&input.campaign.scanner));
+    let mut laser = Patches::new(
+        input.target,
+        Water::Above,
+        level_m,
+        &scene.origins(&input.campaign.scanner),
+    );
     progress("extracting the scanner's planes");
     let wide = ties::tie_returns(&scene, &laser, WIDE * input.joint.gate_sigma);
     let planes = planes::extract(&scene, &wide, input.seed);
     let fitted: Vec<Option<Plane>> = planes.iter().map(|p| p.map(|p| p.fit.plane)).collect();
     planes::apply(&mut laser, &scene, &fitted);
     let returns = ties::tie_returns(&scene, &laser, input.joint.gate_sigma);
-    let mut outcome = PoolOutcome { scene, planes, returns, rough: None, sequential: None, joint: None, simple: None, refusal: None };
+    let mut outcome = PoolOutcome {
+        scene,
+        planes,
+        returns,
+        rough: None,
+        sequential: None,
+        joint: None,
+        simple: None,
+        refusal: None,
+    };
     outcome.refusal = Refusal::of_scanner(&outcome.scene, &outcome.planes, &wide);
     if outcome.refusal.is_some() {
         return Ok(outcome);
@@ -113,17 +133,39 @@ pub fn calibrate<'a>(input: &PoolInput<'a>, progress: &(dyn Fn(&str) + Sync)) ->
     if outcome.refusal.is_some() {
         return Ok(outcome);
     }
-    let mut patches = Patches::new(input.target, Water::Below, level_m, &outcome.scene.origins(&rough.mounting));
+    let mut patches = Patches::new(
+        input.target,
+        Water::Below,
+        level_m,
+        &outcome.scene.origins(&rough.mounting),
+    );
     planes::apply(&mut patches, &outcome.scene, &fitted);
-    let candidates = outcome.scene.soundings_near(&patches, &rough.mounting, CANDIDATE_M);
+    let candidates = outcome
+        .scene
+        .soundings_near(&patches, &rough.mounting, CANDIDATE_M);
     if input.method != Method::Joint {
         progress("reference path: angles, then offsets");
         let gate = input.joint.gate_sigma;
-        let ties = ties::tie_soundings(&outcome.scene, &patches, &candidates, &rough.mounting, 0.0, 0.0, gate);
+        let ties = ties::tie_soundings(
+            &outcome.scene,
+            &patches,
+            &candidates,
+            &rough.mounting,
+            0.0,
+            0.0,
+            gate,
+        );
         outcome.sequential = Some(run_sequential(&outcome, &ties, input.sequential));
     }
     if input.method != Method::Sequential {
-        run_joint(input, &mut outcome, &mut patches, &rough, &candidates, progress)?;
+        run_joint(
+            input,
+            &mut outcome,
+            &mut patches,
+            &rough,
+            &candidates,
+            progress,
+        )?;
     }
     outcome.refusal = Refusal::of_solution(&outcome, input);
     Ok(outcome)
@@ -137,13 +179,34 @@ fn run_joint(
     candidates: &[u32],
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<(), PoolError> {
-    let start = JointStart { mounting: rough.mounting, planes: &outcome.planes, returns: &outcome.returns, candidates };
+    let start = JointStart {
+        mounting: rough.mounting,
+        planes: &outcome.planes,
+        returns: &outcome.returns,
+        candidates,
+    };
     progress("joint path: angles, lever arm, planes and drift together");
-    outcome.joint = Some(joint::run(&outcome.scene, &start, patches, input.joint, progress)?);
+    outcome.joint = Some(joint::run(
+        &outcome.scene,
+        &start,
+        patches,
+        input.joint,
+        progress,
+    )?);
     if input.joint.simple {
         progress("simple joint model: planes fixed, drift off");
-        let simple = JointConfig { planes: Planes::Fixed, drift: Drift::Off, ..input.joint.clone() };
-        outcome.simple = Some(joint::run(&outcome.scene, &start, patches, &simple, progress)?);
+        let simple = JointConfig {
+            planes: Planes::Fixed,
+            drift: Drift::Off,
+            ..input.joint.clone()
+        };
+        outcome.simple = Some(joint::run(
+            &outcome.scene,
+            &start,
+            patches,
+            &simple,
+            progress,
+        )?);
     }
     Ok(())
 }
@@ -167,10 +230,16 @@ fn run_sequential(
     let hold = |tie: &Tie| {
         let pose = scene.sounding_pose(tie.row as usize, 0.0)?;
         let beam = scene.beam(tie.row as usize, &pose, &nominal)?;
-        Some(Held { pose, u_m: beam.vector_m(), face: tie.face })
+        Some(Held {
+            pose,
+            u_m: beam.vector_m(),
+            face: tie.face,
+        })
     };
     let held: Vec<Held> = ties.ties.par_iter().filter_map(hold).collect();
-    sequential::run(&nominal, &scanner, config, &mut |mounting: &Mounting, _| pooled(scene.target, &held, mounting))
+    sequential::run(&nominal, &scanner, config, &mut |mounting: &Mounting, _| {
+        pooled(scene.target, &held, mounting)
+    })
 }
 
 /// Soundings of all passes by role, under a mounting; parts are merged in a fixed order.
@@ -180,7 +249,8 @@ fn pooled(target: &Target, held: &[Held], mounting: &Mounting) -> RoleSoundings 
         .map(|chunk| {
             let mut faces = vec![FaceSoundings::default(); target.faces.len()];
             for h in chunk {
-                faces[h.face as usize].add(&georeference(&h.pose, mounting, &h.u_m), &h.pose.rotation);
+                faces[h.face as usize]
+                    .add(&georeference(&h.pose, mounting, &h.u_m), &h.pose.rotation);
             }
             faces
         })
@@ -195,7 +265,10 @@ fn pooled(target: &Target, held: &[Held], mounting: &Mounting) -> RoleSoundings 
             Role::P3 => roles.p3.merge(&all),
             Role::Horizontal if all.count() > 0 => {
                 let design_height_m = target.design_offset_m(face);
-                roles.horizontal.push(HorizontalSoundings { design_height_m, soundings: all });
+                roles.horizontal.push(HorizontalSoundings {
+                    design_height_m,
+                    soundings: all,
+                });
             }
             _ => {}
         }
@@ -215,8 +288,17 @@ fn scanner_planes(outcome: &PoolOutcome) -> Result<ScannerPlanes, SequentialErro
     let target = outcome.scene.target;
     let fit = |role: Role, plane: &'static str| {
         let face = target.faces.iter().position(|f| f.role == role);
-        let found = face.and_then(|f| Some(at_face(outcome.planes[target.faces[f].group]?.fit, target.design_offset_m(f))));
-        found.ok_or(SequentialError::TooFewSoundings { plane, found: 0, expected: 20 })
+        let found = face.and_then(|f| {
+            Some(at_face(
+                outcome.planes[target.faces[f].group]?.fit,
+                target.design_offset_m(f),
+            ))
+        });
+        found.ok_or(SequentialError::TooFewSoundings {
+            plane,
+            found: 0,
+            expected: 20,
+        })
     };
     let mut sums = vec![(0usize, Vector3::zeros()); target.faces.len()];
     for tie in &outcome.returns.ties {
@@ -225,7 +307,15 @@ fn scanner_planes(outcome: &PoolOutcome) -> Result<ScannerPlanes, SequentialErro
             sums[tie.face as usize].1 += point;
         }
     }
-    let of_role = |role: Role| target.faces.iter().zip(&sums).enumerate().filter(move |(_, (f, _))| f.role == role).map(|(k, (_, s))| (k, *s));
+    let of_role = |role: Role| {
+        target
+            .faces
+            .iter()
+            .zip(&sums)
+            .enumerate()
+            .filter(move |(_, (f, _))| f.role == role)
+            .map(|(k, (_, s))| (k, *s))
+    };
     let wall = of_role(Role::P2).fold((0, 0.0), |all, (_, s)| (all.0 + s.0, all.1 + s.1.x));
     let horizontal = of_role(Role::Horizontal)
         .filter(|(_, s)| s.0 > 0)
@@ -244,4 +334,3 @@ fn scanner_planes(outcome: &PoolOutcome) -> Result<ScannerPlanes, SequentialErro
         horizontal,
     })
 }
-

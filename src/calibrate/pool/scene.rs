@@ -255,7 +255,9 @@ impl<'a> Scene<'a> {
         let delta = found.parameters.fixed_rows::<3>(0).into_owned();
         let arm = found.parameters.fixed_rows::<3>(3).into_owned();
         let fit = found.score / sample.len().max(1) as f64;
-        let mirrored = (fit < DOUBTFUL_FIT).then(|| self.mirrored_fit(&patches)).flatten();
+        let mirrored = (fit < DOUBTFUL_FIT)
+            .then(|| self.mirrored_fit(&patches))
+            .flatten();
         RoughMounting {
             mounting: nominal.corrected(&delta, &arm),
             near: rows.len(),
@@ -268,13 +270,22 @@ impl<'a> Scene<'a> {
     fn mirrored_fit(&self, patches: &Patches) -> Option<(&'static str, f64)> {
         let nominal = &self.campaign.sonar;
         let flip = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0));
-        let mirrored = Mounting { rotation: nominal.rotation * flip, ..*nominal };
+        let mirrored = Mounting {
+            rotation: nominal.rotation * flip,
+            ..*nominal
+        };
         let rows = self.soundings_near(patches, &mirrored, 1.5);
         let sample = SonarSample::new(self, &thinned(&rows, REGISTRATION_POINTS), &mirrored);
         if sample.is_empty() {
             return None;
         }
-        let found = register(&sample, patches, &SVector::zeros(), &rough_sigma(), &[1.0, 0.6, 0.35, 0.2, 0.1, 0.05]);
+        let found = register(
+            &sample,
+            patches,
+            &SVector::zeros(),
+            &rough_sigma(),
+            &[1.0, 0.6, 0.35, 0.2, 0.1, 0.05],
+        );
         Some(("the across-track angle", found.score / sample.len() as f64))
     }
 }

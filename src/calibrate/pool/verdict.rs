@@ -87,7 +87,10 @@ impl fmt::Display for Refusal {
                 100.0 * fit,
                 100.0 * LEAST_LASER_FIT
             ),
-            Self::NoWall => write!(f, "the scanner saw no wall (P2) above the water: there is nothing to compare the soundings with"),
+            Self::NoWall => write!(
+                f,
+                "the scanner saw no wall (P2) above the water: there is nothing to compare the soundings with"
+            ),
             Self::ScannerDisagrees(d) => write!(
                 f,
                 "the scanner's planes disagree between its {} passes: {} differs by {:.1} mm where trajectory drift and the stated \
@@ -112,8 +115,12 @@ impl fmt::Display for Refusal {
                 100.0 * fits.1,
                 100.0 * fits.0
             ),
-            Self::Undetermined { parameters } => write!(f, "the data do not determine {}", parameters.join(", ")),
-            Self::NotSolved { how } => write!(f, "the joint adjustment ended without a solution: {how}"),
+            Self::Undetermined { parameters } => {
+                write!(f, "the data do not determine {}", parameters.join(", "))
+            }
+            Self::NotSolved { how } => {
+                write!(f, "the joint adjustment ended without a solution: {how}")
+            }
             Self::AbsurdMisfit { variance_factor } => write!(
                 f,
                 "the residuals are {:.1} times the stated noise (variance factor {variance_factor:.1}): wrong noise figures, a wrong \
@@ -130,10 +137,14 @@ impl Refusal {
     #[must_use]
     pub fn of_scanner(scene: &Scene, planes: &GroupPlanes, wide: &TieSet) -> Option<Self> {
         if scene.laser_near == 0 {
-            return Some(Self::TargetFar { returns: scene.campaign.laser.len() });
+            return Some(Self::TargetFar {
+                returns: scene.campaign.laser.len(),
+            });
         }
         if scene.laser_fit < LEAST_LASER_FIT {
-            return Some(Self::TargetNotFound { fit: scene.laser_fit });
+            return Some(Self::TargetNotFound {
+                fit: scene.laser_fit,
+            });
         }
         let wall = scene.target.group_of_role(Role::P2);
         if wall.is_some_and(|g| planes[g].is_none()) || planes.iter().all(Option::is_none) {
@@ -148,11 +159,17 @@ impl Refusal {
         if let Some((axis, mirrored)) = rough.mirrored
             && mirrored > 1.5 * rough.fit
         {
-            return Some(Self::Mirrored { axis, fits: (rough.fit, mirrored) });
+            return Some(Self::Mirrored {
+                axis,
+                fits: (rough.fit, mirrored),
+            });
         }
         let found = rough.near >= LEAST_TIES && rough.fit >= LEAST_SONAR_FIT;
         let _ = scene;
-        (!found).then_some(Self::NoSoundings { near: rough.near, fit: rough.fit })
+        (!found).then_some(Self::NoSoundings {
+            near: rough.near,
+            fit: rough.fit,
+        })
     }
 
     /// What the solutions prove wrong: the joint one decides where it ran.
@@ -161,7 +178,9 @@ impl Refusal {
         match (&outcome.joint, &outcome.sequential) {
             (Some(joint), _) => Self::of_joint(joint, input),
             (None, Some(Err(error))) if input.method == Method::Sequential => {
-                Some(Self::Sequential { message: error.to_string() })
+                Some(Self::Sequential {
+                    message: error.to_string(),
+                })
             }
             _ => None,
         }
@@ -171,7 +190,10 @@ impl Refusal {
     #[must_use]
     pub fn of_joint(joint: &JointOutcome, input: &PoolInput) -> Option<Self> {
         if joint.soundings.ties.len() < LEAST_TIES {
-            return Some(Self::NoSoundings { near: joint.soundings.ties.len(), fit: 0.0 });
+            return Some(Self::NoSoundings {
+                near: joint.soundings.ties.len(),
+                fit: 0.0,
+            });
         }
         if let Some(parameters) = undetermined(joint, input) {
             return Some(Self::Undetermined { parameters });
@@ -179,10 +201,14 @@ impl Refusal {
         match &joint.solution.status {
             Status::Converged | Status::Stalled => {}
             Status::RankDeficient { .. } => {
-                return Some(Self::Undetermined { parameters: joint.undetermined_directions() });
+                return Some(Self::Undetermined {
+                    parameters: joint.undetermined_directions(),
+                });
             }
             Status::OutOfIterations => {
-                return Some(Self::NotSolved { how: "out of iterations".to_owned() });
+                return Some(Self::NotSolved {
+                    how: "out of iterations".to_owned(),
+                });
             }
         }
         joint
@@ -195,7 +221,14 @@ impl Refusal {
 /// Parameters whose standard deviation exceeds the configured limit without a prior of their own.
 fn undetermined(joint: &JointOutcome, input: &PoolInput) -> Option<Vec<String>> {
     let p = &input.joint.prior;
-    let priors = [p.pitch_sigma_deg, p.roll_sigma_deg, p.yaw_sigma_deg, p.lx_sigma_m, p.ly_sigma_m, p.lz_sigma_m];
+    let priors = [
+        p.pitch_sigma_deg,
+        p.roll_sigma_deg,
+        p.yaw_sigma_deg,
+        p.lx_sigma_m,
+        p.ly_sigma_m,
+        p.lz_sigma_m,
+    ];
     let mut names = vec![];
     for (i, name) in SIX.iter().enumerate() {
         let sigma = joint.covariance[(i, i)].sqrt();
@@ -206,7 +239,9 @@ fn undetermined(joint: &JointOutcome, input: &PoolInput) -> Option<Vec<String>> 
         };
         let beyond = !(sigma <= limit);
         if beyond && priors[i].is_none() {
-            names.push(format!("{name} (standard deviation {sigma:.3} {unit}, limit {limit} {unit})"));
+            names.push(format!(
+                "{name} (standard deviation {sigma:.3} {unit}, limit {limit} {unit})"
+            ));
         }
     }
     (!names.is_empty()).then_some(names)
