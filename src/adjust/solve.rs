@@ -46,6 +46,9 @@ pub struct Options {
     pub initial_damping: f64,
     /// When steps are bent.
     pub bending: Bending,
+    /// Correct the cofactors of a robust estimate for its kernel, which costs one more pass and a selected inverse; for a solve
+    /// whose cofactors only measure steps.
+    pub robust_covariance: bool,
 }
 
 impl Default for Options {
@@ -57,6 +60,7 @@ impl Default for Options {
             unknown_noise: false,
             initial_damping: 1e-4,
             bending: Bending::WhenRough,
+            robust_covariance: true,
         }
     }
 }
@@ -456,7 +460,7 @@ impl<'a> Iteration<'a> {
             weighting: Weighting::Kernel(kernel),
             kernel,
         };
-        if kernel.is_least_squares() {
+        if kernel.is_least_squares() || !self.options.robust_covariance {
             return Ok(solution);
         }
         with_robust_covariance(self.problem, solution)

@@ -30,6 +30,8 @@ const MOST_ROUNDS: usize = 12;
 /// The assignment is stable when no parameter moves by more than this in its own sigma between two rounds.
 const STABLE_SIGMAS: f64 = 0.01;
 
+/// Or when fewer than one tie in this many changed: the last adjustment runs with the changed ones.
+const STABLE_SHARE: usize = 500;
 /// Rounds of data snooping at the most.
 const MOST_SNOOPS: usize = 3;
 /// Conditions with the largest normalised residuals that are listed.
@@ -259,7 +261,7 @@ pub fn run(
         ));
         let before = blocks.mounting.at(&estimate.parameters);
         let solution = frame.with_problem(&ties, &estimate.parameters.clone(), |problem| {
-            solve(problem, estimate, &options(config))
+            solve(problem, estimate, &passing(config))
         })?;
         if !solution.status.was_successful() && solution.status != Status::Stalled {
             return Ok(frame.outcome(solution, ties, rounds, false, None));
@@ -279,10 +281,11 @@ pub fn run(
             largest_step_in_sigma: step,
             reassigned,
         });
-        let stable = reassigned == 0 || (step < STABLE_SIGMAS && rounds.len() > 1);
+        let stable = reassigned <= ties.ties.len() / STABLE_SHARE
+            || (step < STABLE_SIGMAS && rounds.len() > 1);
         if stable || rounds.len() >= MOST_ROUNDS {
             progress("joint path: data snooping and quality");
-            return frame.judged(solution, ties, rounds, stable);
+            return frame.judged(solution, again, rounds, stable);
         }
         ties = again;
         estimate = solution.estimate;
@@ -445,6 +448,15 @@ pub fn predict(
         solve(problem, estimate, &once)
     })?;
     Ok((six_covariance(&solution, &blocks), ties.ties.len()))
+}
+
+/// Options of the adjustments before the last: their cofactors only measure steps.
+fn passing(config: &JointConfig) -> Options {
+    Options {
+        step_tolerance_sigmas: 0.05,
+        robust_covariance: false,
+        ..options(config)
+    }
 }
 
 /// The engine's options for a configuration.
