@@ -385,3 +385,22 @@ fn scenario_with(scenario: &Scenario, sources: Sources, seed: u64) -> Simulated 
     };
     simulate(&scenario, seed).expect("a survey")
 }
+
+/// Roll, pitch and crab angle of the scenario are what the INS records, in the signs of the conventions.
+#[test]
+fn the_recorded_attitude_is_the_motion_asked_for() {
+    let mut scenario = short(Sources::none());
+    let still = "height = { mean = 1.0 }\nroll = { mean = 2.0 }\npitch = { mean = 1.0 }";
+    scenario.motion = toml::from_str(still).expect("a motion");
+    scenario.pass[0].crab_deg = 10.0;
+    let t = simulate(&scenario, 1)
+        .expect("a survey")
+        .campaign
+        .trajectory;
+    for k in (0..t.time_s.len()).step_by(100) {
+        // the level turns by a thousandth of a degree in 100 m
+        let near = |rad: f64, deg: f64| (rad.to_degrees() - deg).abs() < 1e-3;
+        assert!(near(t.roll_rad[k], 2.0) && near(t.pitch_rad[k], 1.0));
+        assert!(near(t.heading_rad[k], scenario.target.azimuth_deg + 10.0));
+    }
+}
