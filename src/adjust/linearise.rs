@@ -11,8 +11,9 @@ use rayon::prelude::*;
 
 use super::accumulate::{Normal, Pass, Run, Tally, Weighting, Window};
 use super::chain::{ChainModel, ChainState, VISIBLE};
-use super::elimination::{Elimination, Factor};
+use super::elimination::Elimination;
 use super::error::AdjustError;
+use super::factor::Factor;
 use super::problem::{Estimate, Problem};
 use super::spectrum::{Reduced, Spectrum};
 

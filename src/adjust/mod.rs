@@ -12,6 +12,7 @@ mod curvature;
 mod derivatives;
 mod elimination;
 mod error;
+mod factor;
 mod kernel;
 mod linearise;
 mod observability;

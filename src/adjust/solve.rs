@@ -5,8 +5,8 @@ use nalgebra::DMatrix;
 use super::accumulate::{Pass, Tally, Weighting};
 use super::chain::ChainState;
 use super::curvature::{LARGEST_BEND, REACH, curvature};
-use super::elimination::Factor;
 use super::error::AdjustError;
+use super::factor::Factor;
 use super::kernel::Kernel;
 use super::linearise::{Linearisation, check_intervals, linearise};
 use super::problem::{Estimate, Problem};
@@ -584,7 +584,7 @@ mod tests {
                 max_iterations: 200,
                 ..Options::default()
             };
-            (1..=200)
+            (1..=80)
                 .map(|seed| distance(&polluted(seed), &options))
                 .sum::<f64>()
                 / (80.0 * GLOBALS as f64)
