@@ -15,8 +15,13 @@ mod error;
 mod factor;
 mod kernel;
 mod linearise;
+mod mestimate;
 mod observability;
+mod options;
+mod orthogonal;
 mod parameters;
+mod partition;
+mod pass;
 mod problem;
 mod quality;
 mod refine;
@@ -35,6 +40,7 @@ pub use derivatives::{DerivativeFault, check_derivatives};
 pub use error::AdjustError;
 pub use kernel::Kernel;
 pub use observability::{Limits, Observability, Undetermined, WeakPair, observability};
+pub use options::{Bending, IterationRecord, Options, Status};
 pub use parameters::{Block, BlockId, Component, ParameterSet, Prior, PriorRow, Unit};
 pub use problem::{Estimate, Problem, Source};
 pub use quality::{
@@ -42,4 +48,4 @@ pub use quality::{
 };
 pub use refine::{Snooped, VarianceComponent, VarianceComponents, snoop, variance_components};
 pub use reliability::{ConditionQuality, Effect, GroupQuality};
-pub use solve::{Bending, IterationRecord, Options, Solution, Status, solve};
+pub use solve::{Solution, solve};
