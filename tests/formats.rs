@@ -137,7 +137,8 @@ proptest! {
         prop_assert_eq!((&back.time_s, &back.ping, &back.beam), (&given.time_s, &given.ping, &given.beam));
         prop_assert!(close(&back.across_rad, &given.across_rad, 1e-9) && close(&back.along_rad, &given.along_rad, 1e-9));
         prop_assert_eq!(matches!(back.range, SoundingRange::TwoWayTravelTime(_)), times);
-        prop_assert!(close(back.range.values(), given.range.values(), if times { 5.1e-10 } else { 5.1e-7 }));
+        let half_digit = if times { 5.1e-10 } else { 5.1e-7 };
+        prop_assert!(close(back.range.values(), given.range.values(), half_digit));
     }
 }
 
