@@ -46,7 +46,7 @@ pub fn table(result: &PoolResult, truth: &Truth) -> String {
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    if joint.is_none() && sequential.is_none() { String::new() } else { format!("{table}\n") }
+    if joint.is_none() && sequential.is_none() { String::new() } else { format!("{}\n", table.trim_fmt()) }
 }
 
 /// Rotation vector (degrees, body frame) and lever arm (metres) from the truth to the estimate.

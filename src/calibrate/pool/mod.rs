@@ -9,8 +9,10 @@
 //! | [`joint`], [`conditions`] | the joint path |
 //! | [`verdict`] | when there is no usable result |
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
+//! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
 
+pub mod apply;
 pub mod conditions;
 pub mod config;
 pub mod joint;

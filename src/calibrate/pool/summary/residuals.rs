@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::super::joint::JointOutcome;
 use super::super::planes;
 use super::super::run::PoolOutcome;
+use super::super::scene::Scene;
 use super::super::ties::{Tie, TieSet, tie_soundings};
 use crate::geometry::plane::Plane;
 use crate::georef::georeference;
@@ -83,7 +84,7 @@ impl Residuals {
     #[must_use]
     pub fn distance_m(&self, outcome: &PoolOutcome, tie: &Tie, model: &Model) -> Option<f64> {
         let plane = self.faces[tie.face as usize]?;
-        Some(plane.distance_m(&sounding_point(outcome, tie.row as usize, model)?))
+        Some(plane.distance_m(&sounding_point(&outcome.scene, tie.row as usize, model)?))
     }
 
     /// Count, sum and sum of squares of the distances on every face, metres; summed in the order of the rows.
@@ -146,8 +147,7 @@ impl Sums {
 
 /// Sounding `row` in the target frame under a sensor model, metres; `None` where it has no position.
 #[must_use]
-pub fn sounding_point(outcome: &PoolOutcome, row: usize, model: &Model) -> Option<Vector3<f64>> {
-    let scene = &outcome.scene;
+pub fn sounding_point(scene: &Scene, row: usize, model: &Model) -> Option<Vector3<f64>> {
     let pose = scene.sounding_pose(row, model.latency_s)?;
     let mut beam = scene.beam(row, &pose, &model.mounting)?;
     beam.range_m *= 1.0 + model.range_scale;

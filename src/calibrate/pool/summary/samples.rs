@@ -73,7 +73,7 @@ fn thinned<T: Copy>(items: &[T], most: usize) -> Vec<T> {
 fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample> {
     let nominal = Model::plain(outcome.scene.campaign.sonar);
     let sample = |(row, tie): &(usize, Option<Tie>)| {
-        let place = |model: Option<Model>| model.and_then(|m| sounding_point(outcome, *row, &m));
+        let place = |model: Option<Model>| model.and_then(|m| sounding_point(&outcome.scene, *row, &m));
         let models = &residuals.models;
         let at = each(models, |m| place(Some(*m)));
         let off = |p: &Vector3<f64>| tie.and_then(|t| Some(residuals.faces[t.face as usize]?.distance_m(p)));
