@@ -55,6 +55,8 @@ pub(super) struct Tally {
     pub influence_square: f64,
     /// Sum of `psi'`.
     pub slope: f64,
+    /// Sum of its square.
+    pub slope_square: f64,
 }
 
 impl Tally {
@@ -64,6 +66,7 @@ impl Tally {
         self.omega += other.omega;
         self.influence_square += other.influence_square;
         self.slope += other.slope;
+        self.slope_square += other.slope_square;
     }
 
     #[inline]
@@ -77,6 +80,7 @@ impl Tally {
         self.cost += kernel.rho(r);
         self.influence_square += kernel.influence(r).powi(2);
         self.slope += kernel.slope(r);
+        self.slope_square += kernel.slope(r).powi(2);
     }
 }
 
@@ -333,12 +337,12 @@ impl Run {
     }
 
     /// Scatters the sums and forgets them.
-    pub(super) fn flush(&mut self, normal: &mut Normal, mut window: Option<&mut Window>) {
+    pub(super) fn flush(&mut self, normal: &mut Normal, window: Option<&mut Window>) {
         if self.columns.is_empty() {
             return;
         }
         normal.scatter(&self.columns, &self.normal);
-        if let (Some(interval), Some(window)) = (self.interval, window.as_deref_mut()) {
+        if let (Some(interval), Some(window)) = (self.interval, window) {
             window.scatter(interval as usize, &self.columns, &self.border, &self.pairs);
         }
         self.columns.clear();

@@ -296,29 +296,29 @@ fn cholesky<const N: usize>(mut a: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
 
 /// `X <- L^-1 X` for an N x N block.
 fn forward_block<const N: usize>(lower: &[[f64; N]; N], x: &mut [[f64; N]; N]) {
-    for i in 0..N {
+    for (i, factors) in lower.iter().enumerate() {
         let (done, rest) = x.split_at_mut(i);
         let row = &mut rest[0];
-        for (factor, other) in lower[i].iter().zip(done.iter()) {
+        for (factor, other) in factors.iter().zip(done.iter()) {
             for (a, b) in row.iter_mut().zip(other) {
                 *a -= factor * b;
             }
         }
-        row.iter_mut().for_each(|a| *a *= lower[i][i]);
+        row.iter_mut().for_each(|a| *a *= factors[i]);
     }
 }
 
 /// `X <- L^-1 X` for N rows of any width.
 fn forward<const N: usize>(lower: &[[f64; N]; N], x: &mut [f64], width: usize) {
-    for i in 0..N {
+    for (i, factors) in lower.iter().enumerate() {
         let (done, rest) = x.split_at_mut(i * width);
         let row = &mut rest[..width];
-        for (factor, other) in lower[i].iter().zip(done.chunks_exact(width)) {
+        for (factor, other) in factors.iter().zip(done.chunks_exact(width)) {
             for (a, b) in row.iter_mut().zip(other) {
                 *a -= factor * b;
             }
         }
-        row.iter_mut().for_each(|a| *a *= lower[i][i]);
+        row.iter_mut().for_each(|a| *a *= factors[i]);
     }
 }
 

@@ -89,6 +89,12 @@ pub enum AdjustError {
         /// Free columns.
         unknowns: usize,
     },
+    /// The driver that turns the iterations failed.
+    #[error("the driver of the iterations failed: {message}")]
+    Driver {
+        /// What it said.
+        message: String,
+    },
     /// A probability outside (0, 1).
     #[error("{what} is {found}, expected a probability strictly between 0 and 1")]
     BadProbability {

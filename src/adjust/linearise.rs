@@ -346,7 +346,7 @@ fn with_chain(
 /// Whether the conditions of a set see the chain.
 pub(super) fn sees_chain(problem: &Problem, set: usize) -> bool {
     let conditions = problem.sources[set].conditions;
-    conditions.len() > 0 && conditions.interval(0).is_some()
+    !conditions.is_empty() && conditions.interval(0).is_some()
 }
 
 struct WindowSums {

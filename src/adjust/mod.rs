@@ -4,6 +4,7 @@
 //! [`Solution`]; [`assess`] judges it.
 
 mod accumulate;
+mod argmin_driver;
 mod chain;
 mod chart;
 mod condition;
@@ -25,6 +26,7 @@ mod spectrum;
 #[cfg(test)]
 mod toys;
 
+pub use argmin_driver::{Progress, solve_observed};
 pub use chain::{ChainModel, ChainState, Process, ProcessKind, VISIBLE};
 pub use chart::{Chart, tangent_basis};
 pub use condition::{ChainRow, Conditions, MAX_COLUMNS, Row};

@@ -144,8 +144,7 @@ fn global_test(
     options: &QualityOptions,
 ) -> Result<GlobalTest, AdjustError> {
     within("global_alpha", options.global_alpha)?;
-    let linearisation = &solution.linearisation;
-    let omega = linearisation.tally.omega + 2.0 * linearisation.prior_cost;
+    let omega = solution.omega;
     let degrees_of_freedom = redundancy(problem, &solution.estimate);
     let variance_factor = if degrees_of_freedom > 0.0 {
         omega / degrees_of_freedom

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::accumulate::{Pass, Weighted};
 use super::error::AdjustError;
+use super::kernel::Kernel;
 use super::linearise::{chunks, conditions_of, sees_chain, windows};
 use super::problem::Problem;
 use super::selected::{Backward, Covariances};
@@ -90,7 +91,7 @@ impl Survey {
         }
     }
 
-    fn count(&mut self, one: &ConditionQuality, weight: f64) {
+    fn count(&mut self, one: &ConditionQuality, kernel: Kernel) {
         let group = usize::from(one.group);
         while self.groups.len() <= group {
             self.groups.push(empty_group(self.groups.len()));
@@ -98,7 +99,8 @@ impl Survey {
         let sums = &mut self.groups[group];
         sums.conditions += 1;
         sums.redundancy += one.redundancy;
-        sums.omega += weight * one.residual * one.residual;
+        let r = one.residual / one.sigma;
+        sums.omega += kernel.weight(r) * r * r;
         sums.largest_normalised = sums.largest_normalised.max(one.normalised.abs());
         sums.smallest_redundancy = sums.smallest_redundancy.min(one.redundancy);
     }
@@ -168,6 +170,7 @@ pub(super) fn survey(
             weighting: solution.weighting,
         },
         cofactor: &solution.cofactor,
+        kernel: solution.kernel,
         keep,
     };
     let mut sum = judge.without_chain()?;
@@ -196,6 +199,7 @@ pub(super) fn survey(
 struct Judge<'a> {
     pass: Pass<'a>,
     cofactor: &'a DMatrix<f64>,
+    kernel: Kernel,
     keep: usize,
 }
 
@@ -236,7 +240,7 @@ impl Judge<'_> {
         self.pass.visit(set, range, |weighted| {
             let variance = self.predicted_variance(weighted, window, &mut gain);
             let one = self.figures(set, weighted, variance);
-            sum.count(&one, weighted.weight);
+            sum.count(&one, self.kernel);
             self.effects(&one, weighted, &gain, &mut sum.effects);
             sum.rank(one, self.keep);
         })?;

@@ -151,13 +151,13 @@ impl<'a> Backward<'a> {
     ) -> [[f64; N]; N] {
         let width = self.free.len();
         let mut cross = [[0.0; N]; N];
-        for i in 0..N {
+        for (i, row) in cross.iter_mut().enumerate() {
             for (factor, ahead) in next[i].iter().zip(self.own.chunks_exact(N)) {
-                add(&mut cross[i], -factor, ahead);
+                add(row, -factor, ahead);
             }
             let weights = &weights[i * self.factor.width..][..width];
-            for j in 0..N {
-                cross[i][j] -= dot(weights, &self.border[j * width..(j + 1) * width]);
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry -= dot(weights, &self.border[j * width..(j + 1) * width]);
             }
         }
         backward(lower, cross.as_flattened_mut(), N);

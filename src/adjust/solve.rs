@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::accumulate::{Pass, Weighting};
+use super::accumulate::{Pass, Tally, Weighting};
 use super::chain::ChainState;
 use super::curvature::{LARGEST_BEND, REACH, curvature};
 use super::elimination::Factor;
@@ -10,6 +10,7 @@ use super::error::AdjustError;
 use super::kernel::Kernel;
 use super::linearise::{Linearisation, check_intervals, linearise};
 use super::problem::{Estimate, Problem};
+use super::reliability::survey;
 
 /// Damping above which a step is smaller than rounding.
 const LARGEST_DAMPING: f64 = 1e32;
@@ -45,6 +46,9 @@ pub struct Options {
     pub initial_damping: f64,
     /// When steps are bent.
     pub bending: Bending,
+    /// Correct the cofactors of a robust estimate for its kernel, which costs one more pass and a selected inverse; for a solve
+    /// whose cofactors only measure steps.
+    pub robust_covariance: bool,
 }
 
 impl Default for Options {
@@ -56,6 +60,7 @@ impl Default for Options {
             unknown_noise: false,
             initial_damping: 1e-4,
             bending: Bending::WhenRough,
+            robust_covariance: true,
         }
     }
 }
@@ -108,8 +113,10 @@ pub struct Solution {
     pub iterations: Vec<IterationRecord>,
     /// Final cost.
     pub cost: f64,
+    /// Weighted sum of squares of conditions (kernel weights), priors and states.
+    pub omega: f64,
     /// Cofactors over all columns (covariance a priori, variance factor one); zero rows for held columns. An undetermined
-    /// direction has a huge variance.
+    /// direction has a huge variance. Under a kernel they are those of the M-estimator.
     pub cofactor: DMatrix<f64>,
     /// The linearisation at the end, for the quality figures.
     pub(super) linearisation: Linearisation,
@@ -441,34 +448,66 @@ impl<'a> Iteration<'a> {
 
     /// The estimate reached, with its cofactors.
     pub(super) fn finish(self) -> Result<Solution, AdjustError> {
-        let weighting = Weighting::Kernel(self.options.kernel);
-        let cofactor = self.cofactor();
-        Ok(Solution {
+        let kernel = self.options.kernel;
+        let solution = Solution {
+            cofactor: spread_cofactor(&self.here, &self.linearisation),
             estimate: self.here,
             status: self.status.unwrap_or(Status::OutOfIterations),
             iterations: self.records,
             cost: self.linearisation.cost,
-            cofactor,
+            omega: self.linearisation.tally.omega + 2.0 * self.linearisation.prior_cost,
             linearisation: self.linearisation,
-            weighting,
-            kernel: self.options.kernel,
-        })
-    }
-
-    fn cofactor(&self) -> DMatrix<f64> {
-        let (all, free) = (
-            self.here.parameters.columns(),
-            self.here.parameters.free_columns(),
-        );
-        let inner = self.linearisation.spectrum.cofactor();
-        let mut cofactor = DMatrix::zeros(all, all);
-        for (i, &row) in free.iter().enumerate() {
-            for (j, &column) in free.iter().enumerate() {
-                cofactor[(row, column)] = inner[(i, j)];
-            }
+            weighting: Weighting::Kernel(kernel),
+            kernel,
+        };
+        if kernel.is_least_squares() || !self.options.robust_covariance {
+            return Ok(solution);
         }
-        cofactor
+        with_robust_covariance(self.problem, solution)
     }
+}
+
+/// Replaces the cofactors of a robust estimate by those of an M-estimator: every condition carries the same part of its
+/// information, [`efficiency`], whatever its residual (Huber & Ronchetti 2009, eq. 7.80 ff.); priors and states carry all of theirs.
+fn with_robust_covariance(
+    problem: &Problem,
+    mut solution: Solution,
+) -> Result<Solution, AdjustError> {
+    let redundancy = survey(problem, &solution, 0)?
+        .groups
+        .iter()
+        .map(|group| group.redundancy)
+        .sum();
+    solution.weighting = Weighting::Uniform(efficiency(&solution.linearisation.tally, redundancy));
+    let recycled = solution.linearisation.factor.take();
+    solution.linearisation = linearise(problem, &solution.estimate, solution.weighting, recycled)?;
+    solution.cofactor = spread_cofactor(&solution.estimate, &solution.linearisation);
+    Ok(solution)
+}
+
+/// Part of a condition's information that survives a kernel: `mean(psi')^2 / (K^2 sum(psi^2) / redundancy)` with Huber's
+/// correction `K = 1 + (1 - redundancy / n) var(psi') / mean(psi')^2`; at most one, so that a priori variances that are too
+/// large are not turned into confidence.
+fn efficiency(tally: &Tally, redundancy: f64) -> f64 {
+    let n = tally.conditions as f64;
+    let slope = tally.slope / n;
+    let spread = tally.slope_square / n - slope * slope;
+    let correction = 1.0 + (1.0 - redundancy / n) * spread / (slope * slope);
+    let influence = tally.influence_square / redundancy;
+    (slope * slope / (correction * correction * influence)).clamp(f64::MIN_POSITIVE, 1.0)
+}
+
+/// Cofactors over all columns, zero for held ones.
+fn spread_cofactor(at: &Estimate, linearisation: &Linearisation) -> DMatrix<f64> {
+    let (all, free) = (at.parameters.columns(), at.parameters.free_columns());
+    let inner = linearisation.spectrum.cofactor();
+    let mut cofactor = DMatrix::zeros(all, all);
+    for (i, &row) in free.iter().enumerate() {
+        for (j, &column) in free.iter().enumerate() {
+            cofactor[(row, column)] = inner[(i, j)];
+        }
+    }
+    cofactor
 }
 
 /// Conditions and priors less unknowns; states and their priors cancel.
@@ -487,4 +526,78 @@ fn check_size(problem: &Problem, start: &Estimate) -> Result<(), AdjustError> {
         });
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::toys::{GLOBALS, Toy};
+    use super::super::*;
+    use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+    /// Squared error in the metric of the reported covariance: chi-square with four degrees of freedom if that is true.
+    fn distance(toy: &Toy, options: &Options) -> f64 {
+        let first = Options {
+            kernel: Kernel::Huber { k: 1.345 },
+            ..Options::default()
+        };
+        let start = solve(&toy.problem(), Estimate::new(toy.parameters()), &first)
+            .unwrap()
+            .estimate;
+        let solution = solve(&toy.problem(), start, options).unwrap();
+        assert!(solution.status.was_successful(), "{:?}", solution.status);
+        let value = &solution.estimate.parameters.blocks()[0].value;
+        let error = nalgebra::DVector::from_fn(GLOBALS, |i, _| value[i] - toy.truth[i]);
+        let inverse = solution.cofactor.try_inverse().unwrap();
+        (error.transpose() * inverse * error)[0]
+    }
+
+    fn interval(seeds: u64) -> (f64, f64) {
+        let chi = ChiSquared::new((GLOBALS as u64 * seeds) as f64).unwrap();
+        (chi.inverse_cdf(0.0005), chi.inverse_cdf(0.9995))
+    }
+
+    /// Seeds 1 to 200, without selection.
+    #[test]
+    fn errors_are_as_large_as_reported() {
+        let sum: f64 = (1..=200)
+            .map(|seed| distance(&Toy::new(seed, 40, 6), &Options::default()))
+            .sum();
+        let (low, high) = interval(200);
+        assert!(low < sum && sum < high, "{low} < {sum} < {high}");
+    }
+
+    fn polluted(seed: u64) -> Toy {
+        let mut toy = Toy::new(seed, 40, 20);
+        for (k, row) in toy.rows.iter_mut().enumerate().filter(|(k, _)| k % 10 == 3) {
+            row.observed += row.variance.sqrt() * 30.0 * (k as f64 * 1.7).sin();
+        }
+        toy
+    }
+
+    /// 10 % gross errors up to 30 sigma: the covariance under every kernel stays true within the scatter of 320 squared pulls (8 %), while least
+    /// squares is wrong by far.
+    #[test]
+    fn covariance_is_true_under_a_kernel() {
+        let mean = |kernel| {
+            let options = Options {
+                kernel,
+                max_iterations: 200,
+                ..Options::default()
+            };
+            (1..=200)
+                .map(|seed| distance(&polluted(seed), &options))
+                .sum::<f64>()
+                / (80.0 * GLOBALS as f64)
+        };
+        for kernel in [
+            Kernel::Huber { k: 1.345 },
+            Kernel::Cauchy { k: 2.385 },
+            Kernel::Tukey { k: 4.685 },
+        ] {
+            let mean = mean(kernel);
+            println!("{kernel:?}: mean squared pull {mean:.3}");
+            assert!((0.75..1.3).contains(&mean), "{kernel:?}: {mean}");
+        }
+        assert!(mean(Kernel::LeastSquares) > 2.0);
+    }
 }

@@ -10,8 +10,9 @@ use super::planes::{self, GroupPlanes};
 use super::scene::Scene;
 use super::ties::{TieSet, TrajectoryVariance, tie_soundings};
 use crate::adjust::{
-    AdjustError, Block, BlockId, ChainModel, Component, Estimate, Kernel, Options, ParameterSet,
-    Problem, Process, ProcessKind, Solution, Source, Status, Unit, solve,
+    AdjustError, Block, BlockId, ChainModel, Component, Estimate, Kernel, Limits, Observability,
+    Options, ParameterSet, Problem, Process, ProcessKind, Quality, QualityOptions, Solution,
+    Source, Status, Unit, observability, snoop, solve,
 };
 use crate::geometry::plane::Plane;
 use crate::geometry::rotation;
@@ -28,6 +29,13 @@ pub const RETURNS: u16 = 1;
 const MOST_ROUNDS: usize = 12;
 /// The assignment is stable when no parameter moves by more than this in its own sigma between two rounds.
 const STABLE_SIGMAS: f64 = 0.01;
+
+/// Or when fewer than one tie in this many changed: the last adjustment runs with the changed ones.
+const STABLE_SHARE: usize = 500;
+/// Rounds of data snooping at the most.
+const MOST_SNOOPS: usize = 3;
+/// Conditions with the largest normalised residuals that are listed.
+const WORST: usize = 20;
 
 /// One outer iteration, for the report.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,20 +82,58 @@ pub struct JointOutcome {
     pub rounds: Vec<Round>,
     /// Whether the assignment became stable.
     pub stable: bool,
+    /// Quality and observability; `None` when the solve did not end with an estimate.
+    pub judgement: Option<Judgement>,
+}
+
+/// What the engine says of the last adjustment.
+#[derive(Debug)]
+pub struct Judgement {
+    /// Global test, groups, worst conditions.
+    pub quality: Quality,
+    /// What the data determine.
+    pub observability: Observability,
+    /// Soundings and returns removed by data snooping.
+    pub snooped: usize,
+    /// Raw rows of the worst conditions, in the order of [`Quality::worst`]: group and row.
+    pub worst_rows: Vec<(u16, u32)>,
 }
 
 impl JointOutcome {
-    /// Weighted sum of squares by redundancy.
+    /// Weighted sum of squares by redundancy; `None` when nothing was judged.
     #[must_use]
     pub fn variance_factor(&self) -> Option<f64> {
-        None
+        self.judgement
+            .as_ref()
+            .map(|j| j.quality.global.variance_factor)
     }
 
     /// The directions that the data leave undetermined, in words.
     #[must_use]
     pub fn undetermined_directions(&self) -> Vec<String> {
-        vec![]
+        let Status::RankDeficient { directions } = &self.solution.status else {
+            return vec![];
+        };
+        let x = &self.solution.estimate.parameters;
+        let names: Vec<&str> = x.components().map(|c| c.name.as_str()).collect();
+        directions.iter().map(|d| combination(d, &names)).collect()
     }
+}
+
+/// The parameters that make up a direction, largest first: "0.9 yaw - 0.4 ly".
+fn combination(direction: &[f64], names: &[&str]) -> String {
+    let mut parts: Vec<(f64, &str)> = direction
+        .iter()
+        .copied()
+        .zip(names.iter().copied())
+        .filter(|(v, _)| v.abs() > 0.2)
+        .collect();
+    parts.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+    parts
+        .iter()
+        .map(|(v, name)| format!("{v:+.2} {name}"))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// Records that observations hang on, numbered as epochs of the chain.
@@ -197,9 +243,16 @@ pub fn run(
     let reach_s = if config.latency { 0.5 } else { 0.0 };
     let epochs = Epochs::number(scene, start.returns, start.candidates, reach_s)?;
     let (parameters, blocks) = parameters(scene, start, config)?;
+    let frame = Frame {
+        scene,
+        start,
+        config,
+        epochs: &epochs,
+        blocks: &blocks,
+    };
     let mut estimate = Estimate::new(parameters);
     let mut ties = associate(scene, start, patches, config, &blocks, &estimate);
-    let mut rounds = vec![];
+    let mut rounds: Vec<Round> = vec![];
     loop {
         progress(&format!(
             "joint path: round {}, {} soundings tied",
@@ -207,19 +260,11 @@ pub fn run(
             ties.ties.len()
         ));
         let before = blocks.mounting.at(&estimate.parameters);
-        let solution = adjust(scene, start, config, &epochs, &blocks, &ties, estimate)?;
-        let outcome =
-            |solution: Solution, ties: TieSet, rounds: Vec<Round>, stable: bool| JointOutcome {
-                mounting: blocks.mounting.at(&solution.estimate.parameters),
-                covariance: six_covariance(&solution, &blocks),
-                solution,
-                blocks: blocks.clone(),
-                soundings: ties,
-                rounds,
-                stable,
-            };
+        let solution = frame.with_problem(&ties, &estimate.parameters.clone(), |problem| {
+            solve(problem, estimate, &passing(config))
+        })?;
         if !solution.status.was_successful() && solution.status != Status::Stalled {
-            return Ok(outcome(solution, ties, rounds, false));
+            return Ok(frame.outcome(solution, ties, rounds, false, None));
         }
         let covariance = six_covariance(&solution, &blocks);
         let step = step_in_sigmas(
@@ -236,86 +281,182 @@ pub fn run(
             largest_step_in_sigma: step,
             reassigned,
         });
-        let stable = reassigned == 0 || (step < STABLE_SIGMAS && rounds.len() > 1);
+        let stable = reassigned <= ties.ties.len() / STABLE_SHARE
+            || (step < STABLE_SIGMAS && rounds.len() > 1);
         if stable || rounds.len() >= MOST_ROUNDS {
-            return Ok(outcome(solution, ties, rounds, stable));
+            progress("joint path: data snooping and quality");
+            return frame.judged(solution, again, rounds, stable);
         }
         ties = again;
         estimate = solution.estimate;
     }
 }
 
-/// One adjustment with fixed ties.
-fn adjust(
+/// What stays the same over the rounds of one joint path.
+struct Frame<'a> {
+    scene: &'a Scene<'a>,
+    start: &'a JointStart<'a>,
+    config: &'a JointConfig,
+    epochs: &'a Epochs,
+    blocks: &'a Blocks,
+}
+
+impl Frame<'_> {
+    fn outcome(
+        &self,
+        solution: Solution,
+        soundings: TieSet,
+        rounds: Vec<Round>,
+        stable: bool,
+        judgement: Option<Judgement>,
+    ) -> JointOutcome {
+        JointOutcome {
+            mounting: self.blocks.mounting.at(&solution.estimate.parameters),
+            covariance: six_covariance(&solution, self.blocks),
+            solution,
+            blocks: self.blocks.clone(),
+            soundings,
+            rounds,
+            stable,
+            judgement,
+        }
+    }
+
+    /// Data snooping from the stable solution, then the judgement.
+    fn judged(
+        &self,
+        solution: Solution,
+        mut ties: TieSet,
+        rounds: Vec<Round>,
+        stable: bool,
+    ) -> Result<JointOutcome, AdjustError> {
+        let quality_options = QualityOptions {
+            worst: WORST,
+            ..QualityOptions::default()
+        };
+        let start = solution.estimate;
+        let snooped = self.with_problem(&ties, &start.parameters.clone(), |problem| {
+            snoop(
+                problem,
+                start,
+                &options(self.config),
+                &quality_options,
+                MOST_SNOOPS,
+            )
+        })?;
+        let row = |set: usize, k: usize| match set {
+            0 => (SOUNDINGS, ties.ties[k].row),
+            _ => (RETURNS, self.start.returns.ties[k].row),
+        };
+        let judgement = Judgement {
+            worst_rows: snooped
+                .quality
+                .worst
+                .iter()
+                .map(|w| row(w.set, w.condition))
+                .collect(),
+            observability: observability(&snooped.solution, &Limits::default()),
+            snooped: snooped.removed.len(),
+            quality: snooped.quality,
+        };
+        let removed = snooped.removed.iter().filter(|(set, _)| *set == 0).count();
+        let mut keep = snooped.ignored[0].iter().map(|off| !off);
+        ties.ties.retain(|_| keep.next().unwrap_or(true));
+        if removed > 0 {
+            ties.rejected.insert("gross error", removed as u64);
+        }
+        Ok(self.outcome(snooped.solution, ties, rounds, stable, Some(judgement)))
+    }
+
+    /// Builds the problem of these ties and hands it to `then`.
+    fn with_problem<T>(
+        &self,
+        ties: &TieSet,
+        parameters: &ParameterSet,
+        then: impl FnOnce(&Problem) -> T,
+    ) -> T {
+        let as_states = self.config.drift == Drift::On && self.epochs.chain.is_some();
+        let trajectory = if as_states {
+            TrajectoryErrors::States(&self.epochs.of_record)
+        } else {
+            TrajectoryErrors::Variance(TrajectoryVariance::new(
+                &self.scene.campaign.trajectory.noise,
+                false,
+            ))
+        };
+        let soundings = SoundingConditions {
+            scene: self.scene,
+            ties: &ties.ties,
+            planes: &self.blocks.faces,
+            mounting: self.blocks.mounting,
+            latency: self.blocks.latency,
+            range_scale: self.blocks.range_scale,
+            latency_at_start_s: self
+                .blocks
+                .latency
+                .map_or(0.0, |id| parameters.euclidean(id)[0]),
+            trajectory,
+            group: SOUNDINGS,
+        };
+        let returns = ReturnConditions {
+            scene: self.scene,
+            ties: &self.start.returns.ties,
+            planes: &self.blocks.faces,
+            scanner: self.blocks.scanner,
+            trajectory,
+            group: RETURNS,
+        };
+        let mut sources = vec![Source::new(&soundings)];
+        if self.config.planes == Planes::Adjusted {
+            sources.push(Source::new(&returns));
+        }
+        let problem = match &self.epochs.chain {
+            Some(chain) if as_states => Problem::with_chain(sources, chain),
+            _ => Problem::dense(sources),
+        };
+        then(&problem)
+    }
+}
+
+/// Covariance of the six parameters (order of [`SIX`]; rad, m) that these ties promise at the start, before anything is solved:
+/// one linearisation.
+///
+/// # Errors
+/// [`AdjustError`] from the engine.
+pub fn predict(
     scene: &Scene,
     start: &JointStart,
+    patches: &Patches,
     config: &JointConfig,
-    epochs: &Epochs,
-    blocks: &Blocks,
-    ties: &TieSet,
-    estimate: Estimate,
-) -> Result<Solution, AdjustError> {
-    with_problem(
+) -> Result<(Matrix6<f64>, usize), AdjustError> {
+    let epochs = Epochs::number(scene, start.returns, start.candidates, 0.0)?;
+    let (parameters, blocks) = parameters(scene, start, config)?;
+    let frame = Frame {
         scene,
         start,
         config,
-        epochs,
-        blocks,
-        ties,
-        &estimate.parameters.clone(),
-        |problem| solve(problem, estimate, &options(config)),
-    )
+        epochs: &epochs,
+        blocks: &blocks,
+    };
+    let estimate = Estimate::new(parameters);
+    let ties = associate(scene, start, patches, config, &blocks, &estimate);
+    let once = Options {
+        max_iterations: 1,
+        ..options(config)
+    };
+    let solution = frame.with_problem(&ties, &estimate.parameters.clone(), |problem| {
+        solve(problem, estimate, &once)
+    })?;
+    Ok((six_covariance(&solution, &blocks), ties.ties.len()))
 }
 
-/// Builds the problem of the current ties and hands it to `then`.
-#[allow(clippy::too_many_arguments)]
-fn with_problem<T>(
-    scene: &Scene,
-    start: &JointStart,
-    config: &JointConfig,
-    epochs: &Epochs,
-    blocks: &Blocks,
-    ties: &TieSet,
-    parameters: &ParameterSet,
-    then: impl FnOnce(&Problem) -> T,
-) -> T {
-    let as_states = config.drift == Drift::On && epochs.chain.is_some();
-    let trajectory = if as_states {
-        TrajectoryErrors::States(&epochs.of_record)
-    } else {
-        TrajectoryErrors::Variance(TrajectoryVariance::new(
-            &scene.campaign.trajectory.noise,
-            false,
-        ))
-    };
-    let soundings = SoundingConditions {
-        scene,
-        ties: &ties.ties,
-        planes: &blocks.faces,
-        mounting: blocks.mounting,
-        latency: blocks.latency,
-        range_scale: blocks.range_scale,
-        latency_at_start_s: blocks.latency.map_or(0.0, |id| parameters.euclidean(id)[0]),
-        trajectory,
-        group: SOUNDINGS,
-    };
-    let returns = ReturnConditions {
-        scene,
-        ties: &start.returns.ties,
-        planes: &blocks.faces,
-        scanner: blocks.scanner,
-        trajectory,
-        group: RETURNS,
-    };
-    let mut sources = vec![Source::new(&soundings)];
-    if config.planes == Planes::Adjusted {
-        sources.push(Source::new(&returns));
+/// Options of the adjustments before the last: their cofactors only measure steps.
+fn passing(config: &JointConfig) -> Options {
+    Options {
+        step_tolerance_sigmas: 0.05,
+        robust_covariance: false,
+        ..options(config)
     }
-    let problem = match &epochs.chain {
-        Some(chain) if as_states => Problem::with_chain(sources, chain),
-        _ => Problem::dense(sources),
-    };
-    then(&problem)
 }
 
 /// The engine's options for a configuration.
