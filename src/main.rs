@@ -1,2 +1,5 @@
 //! The command-line program; everything it does is in `boresight::cli`.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    boresight::cli::main()
+}

@@ -1,1 +1,101 @@
-//! Command line.
+//! The command line: arguments, files, printing, exit codes.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`args`] | what the user types |
+//! | `demo`, `calibrate`, `simulate`, `apply`, `check` | one command each |
+//! | `talk` | what is printed: results on standard output, progress on standard error |
+//! | [`error`] | what ends a command before it solves (exit code 2) |
+
+mod apply;
+pub mod args;
+mod calibrate;
+mod check;
+mod demo;
+pub mod error;
+mod simulate;
+mod talk;
+mod truth;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser};
+
+use args::{Cli, Command};
+use error::CliError;
+use talk::Talk;
+
+/// How a command ended when it was not stopped by an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ending {
+    /// Exit code 0.
+    Usable,
+    /// Solved without a usable result: exit code 1.
+    Unusable,
+}
+
+/// Runs the program on the arguments of the process.
+#[must_use]
+pub fn main() -> ExitCode {
+    run(std::env::args_os())
+}
+
+/// Runs the program on some arguments, the first being its name.
+///
+/// Exit codes: 0 usable result, 1 none was found by solving, 2 bad usage or bad input.
+#[must_use]
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(usage) => {
+            // help and version end with 0, everything else with 2; a closed pipe is no reason to complain
+            let _ = usage.print();
+            return ExitCode::from(usage.exit_code() as u8);
+        }
+    };
+    let talk = Talk::new(&cli.common);
+    let ended = threads(cli.common.threads).and_then(|()| dispatch(cli.command, &talk));
+    talk.finish();
+    match ended {
+        Ok(Ending::Usable) => ExitCode::SUCCESS,
+        Ok(Ending::Unusable) => ExitCode::from(1),
+        Err(error) => {
+            talk.error(&error);
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
+    match command {
+        Command::Demo(args) => demo::run(&args, talk),
+        Command::Calibrate(args) => calibrate::run(&args, talk),
+        Command::Simulate(args) => simulate::run(&args, talk),
+        Command::Apply(args) => apply::run(&args, talk),
+        Command::Check(args) => check::run(&args, talk),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "boresight", &mut script);
+            talk.print(&String::from_utf8_lossy(&script))?;
+            Ok(Ending::Usable)
+        }
+    }
+}
+
+/// Sets the size of the thread pool.
+fn threads(count: Option<u16>) -> Result<(), CliError> {
+    let Some(count) = count else { return Ok(()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.into());
+    pool.build_global().map_err(|e| CliError::Threads { found: e.to_string() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -34,13 +34,13 @@ pub fn write_whole<E: std::fmt::Display>(
 
 /// Temporary files are private; results are ordinary files.
 #[cfg(unix)]
-fn readable_by_all(file: &File) -> std::io::Result<()> {
+pub(super) fn readable_by_all(file: &File) -> std::io::Result<()> {
     use std::os::unix::fs::PermissionsExt;
     file.set_permissions(std::fs::Permissions::from_mode(0o644))
 }
 
 #[cfg(not(unix))]
-fn readable_by_all(_file: &File) -> std::io::Result<()> {
+pub(super) fn readable_by_all(_file: &File) -> std::io::Result<()> {
     Ok(())
 }
 

@@ -8,14 +8,20 @@
 //! | [`sequential`] | the reference path |
 //! | [`joint`], [`conditions`] | the joint path |
 //! | [`verdict`] | when there is no usable result |
+//! | [`summary`] | the outcome as `result.json` and as samples for pictures |
+//! | [`apply`] | all points of a survey under a calibration |
+//! | [`preview`] | what a survey will determine, before anything is solved |
 
+pub mod apply;
 pub mod conditions;
 pub mod config;
 pub mod joint;
 pub mod planes;
+pub mod preview;
 pub mod run;
 pub mod scene;
 pub mod sequential;
+pub mod summary;
 pub mod ties;
 pub mod verdict;
 

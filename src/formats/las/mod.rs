@@ -5,6 +5,8 @@
 
 pub mod raw;
 mod read;
+pub mod stream;
+pub mod wkt;
 mod write;
 
 pub use read::{read, read_from};

@@ -1,0 +1,188 @@
+//! What a survey will determine, before anything is solved: what lies on the target, from where, and what would help.
+
+use super::config::JointConfig;
+use super::planes;
+use super::run::{PoolError, PoolInput};
+use super::scene::Scene;
+use super::ties::{self, TieSet};
+use super::verdict::Refusal;
+use crate::geometry::plane::Plane;
+use crate::matching::{Patches, Water};
+use crate::observe::Campaign;
+use crate::target::{Role, Target};
+
+/// Gate of the first association of returns, in the configured gates.
+const WIDE: f64 = 4.0;
+/// Soundings within this of the target stay candidates, metres.
+const CANDIDATE_M: f64 = 0.5;
+/// Soundings further apart in time than this belong to different passes, seconds.
+const PASS_GAP_S: f64 = 5.0;
+/// Distances whose quotient is below this count as one distance.
+const ONE_DISTANCE: f64 = 1.3;
+/// Fewest observations on a kind of face that count as seen.
+const SEEN: usize = 50;
+
+/// Observations on the faces of one role.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seen {
+    /// Laser returns.
+    pub returns: usize,
+    /// Soundings.
+    pub soundings: usize,
+}
+
+/// The soundings between two pauses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PassSpan {
+    /// First and last tied sounding, seconds.
+    pub time_s: (f64, f64),
+    /// Tied soundings.
+    pub soundings: usize,
+    /// Smallest, mean and largest distance of the sonar from the wall's plane, metres.
+    pub distance_m: (f64, f64, f64),
+}
+
+/// What is known before the solution.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preview {
+    /// What lies on P1, P2, P3, the horizontal faces and others, in this order.
+    pub seen: [(&'static str, Seen); 5],
+    /// The passes, in order of time.
+    pub passes: Vec<PassSpan>,
+    /// What stops a calibration already.
+    pub refusal: Option<Refusal>,
+    /// Sentences of advice.
+    pub advice: Vec<String>,
+}
+
+const ROLES: [(Role, &str); 5] =
+    [(Role::P1, "P1"), (Role::P2, "P2"), (Role::P3, "P3"), (Role::Horizontal, "horizontal"), (Role::Other, "other")];
+
+/// Looks at a survey: refines the target's pose, registers the soundings roughly, ties both sensors' points to the faces.
+///
+/// # Errors
+/// [`PoolError`] when the input cannot be worked with at all.
+pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
+    let (campaign, target) = (input.campaign, input.target);
+    let scene = Scene::prepare(campaign, target, input.prior)?;
+    let mut laser = Patches::new(target, Water::Above, campaign.water_level_m, &scene.origins(&campaign.scanner));
+    let wide = ties::tie_returns(&scene, &laser, WIDE * input.joint.gate_sigma);
+    let found = planes::extract(&scene, &wide, input.seed);
+    let fitted: Vec<Option<Plane>> = found.iter().map(|p| p.map(|p| p.fit.plane)).collect();
+    planes::apply(&mut laser, &scene, &fitted);
+    let returns = ties::tie_returns(&scene, &laser, input.joint.gate_sigma);
+    let mut refusal = Refusal::of_scanner(&scene, &found, &wide);
+    let mut soundings = TieSet::default();
+    let mut passes = vec![];
+    if refusal.is_none() {
+        let rough = scene.rough_mounting();
+        refusal = Refusal::of_soundings(&scene, &rough);
+        let mut patches = Patches::new(target, Water::Below, campaign.water_level_m, &scene.origins(&rough.mounting));
+        planes::apply(&mut patches, &scene, &fitted);
+        let near = scene.soundings_near(&patches, &rough.mounting, CANDIDATE_M);
+        soundings = ties::tie_soundings(&scene, &patches, &near, &rough.mounting, 0.0, 0.0, input.joint.gate_sigma);
+        passes = split(&scene, &soundings);
+    }
+    let seen = ROLES.map(|(role, name)| (name, Seen { returns: count(target, &returns, role), soundings: count(target, &soundings, role) }));
+    let advice = if refusal.is_some() { vec![] } else { advice(&seen, &passes, campaign, input.joint) };
+    Ok(Preview { seen, passes, refusal, advice })
+}
+
+fn count(target: &Target, ties: &TieSet, role: Role) -> usize {
+    ties.count(|face| target.faces[face].role == role)
+}
+
+/// The tied soundings split at pauses, with their distances from the wall (x = 0 of the target frame).
+fn split(scene: &Scene, ties: &TieSet) -> Vec<PassSpan> {
+    let mut passes: Vec<PassSpan> = vec![];
+    let mut last_s = f64::NEG_INFINITY;
+    for tie in &ties.ties {
+        let time_s = scene.campaign.soundings.time_s[tie.row as usize];
+        let Some(pose) = scene.sounding_pose(tie.row as usize, 0.0) else { continue };
+        let away_m = -(pose.position_m + pose.rotation * scene.campaign.sonar.lever_arm_m).x;
+        match passes.last_mut() {
+            Some(pass) if time_s - last_s <= PASS_GAP_S => pass.add(time_s, away_m),
+            _ => passes.push(PassSpan { time_s: (time_s, time_s), soundings: 1, distance_m: (away_m, away_m, away_m) }),
+        }
+        last_s = time_s;
+    }
+    passes.retain(|pass| pass.soundings >= SEEN);
+    passes
+}
+
+impl PassSpan {
+    fn add(&mut self, time_s: f64, away_m: f64) {
+        let (low, mean, high) = self.distance_m;
+        let n = self.soundings as f64;
+        self.time_s.1 = time_s;
+        self.soundings += 1;
+        self.distance_m = (low.min(away_m), (mean * n + away_m) / (n + 1.0), high.max(away_m));
+    }
+}
+
+/// What would help, with the figures of the mathematics page, section 5.
+fn advice(seen: &[(&str, Seen); 5], passes: &[PassSpan], campaign: &Campaign, joint: &JointConfig) -> Vec<String> {
+    let by_both = |name: &str| seen.iter().any(|(n, s)| *n == name && s.returns >= SEEN && s.soundings >= SEEN);
+    let held = |name: &str| joint.hold.iter().any(|h| h == name);
+    let mut advice = distance_advice(passes, joint);
+    let inclined = (by_both("P1"), by_both("P3"));
+    let level = by_both("horizontal");
+    if inclined == (false, false) && !level {
+        advice.push("only the wall is seen by both sensors: it determines roll and the off-wall lever arm, hardly pitch (0.3 deg), not yaw (5 deg) \
+            nor the along-track lever arm (0.45 m); such a survey is refused. Blocks with inclined and horizontal faces are needed".to_owned());
+    } else if inclined == (false, false) {
+        advice.push("no inclined face (P1, P3) is seen by both sensors: wall and horizontal faces alone leave yaw at 2 deg and the along-track \
+            lever arm at 0.19 m".to_owned());
+    } else if inclined != (true, true) {
+        let missing = if inclined.0 { "P3" } else { "P1" };
+        advice.push(format!("{missing} is not seen by both sensors: yaw is about 1.6 times worse, and the sequential path cannot run"));
+    }
+    if !level && !held("lz") && joint.prior.lz_sigma_m.is_none() {
+        advice.push("no horizontal face is seen by both sensors: the vertical lever arm is lost; measure it and give [joint] hold = [\"lz\"] or \
+            prior = { lz_sigma_m = ... }".to_owned());
+    }
+    if campaign.scanner_sigma.is_none() {
+        advice.push("[lidar] gives no mounting_sigma_deg and lever_arm_sigma_m: every standard deviation is conditional on an error-free scanner".to_owned());
+    }
+    if joint.latency {
+        advice.push("latency is asked for: it is determined by the boat's motion only; pass at different speeds or with some swell".to_owned());
+    }
+    advice
+}
+
+/// Passes at one distance hold yaw and along-track arm together, and range scale and off-wall arm.
+fn distance_advice(passes: &[PassSpan], joint: &JointConfig) -> Vec<String> {
+    let means = || passes.iter().map(|p| p.distance_m.1);
+    let (low, high) = (means().fold(f64::INFINITY, f64::min), means().fold(0.0, f64::max));
+    let mut advice = vec![];
+    if passes.is_empty() || high > ONE_DISTANCE * low {
+        return advice;
+    }
+    advice.push(format!(
+        "all passes run at about {low:.1} m from the wall: yaw and the along-track lever arm are nearly inseparable (correlation about -0.99); a \
+         pass at another distance, such as {:.0} m, makes yaw some 8 times and the along-track arm some 5 times better, while repeating a pass \
+         gains only a factor of 1.4",
+        1.8 * low
+    ));
+    if joint.range_scale {
+        advice.push("range_scale is asked for: at one distance it is tied to the off-wall lever arm".to_owned());
+    }
+    advice
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pass(distance_m: f64) -> PassSpan {
+        PassSpan { time_s: (0.0, 1.0), soundings: 1000, distance_m: (distance_m, distance_m, distance_m) }
+    }
+
+    #[test]
+    fn one_distance_is_warned_of_and_two_are_not() {
+        let joint = JointConfig { range_scale: true, ..JointConfig::default() };
+        let one = distance_advice(&[pass(5.0), pass(5.3)], &joint);
+        assert!(one.len() == 2 && one[0].contains("inseparable") && one[1].contains("range_scale"), "{one:?}");
+        assert!(distance_advice(&[pass(5.0), pass(9.0)], &joint).is_empty());
+    }
+}

@@ -1,0 +1,161 @@
+//! Decimated points for the report's pictures.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::residuals::{Model, Residuals, Sums, sounding_point};
+use super::super::run::PoolOutcome;
+use super::super::ties::{Tie, TieSet};
+use crate::results::{FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample, Truth};
+use crate::target::Role;
+
+/// Most tied soundings or returns that are shown, and most of the others.
+const MOST_TIED: usize = 20_000;
+const MOST_OTHERS: usize = 10_000;
+/// Most points of a trajectory's polyline.
+const MOST_TRACK: usize = 500;
+
+/// Samples of an outcome; `title` names the survey, `truth` is known of a simulated one.
+#[must_use]
+pub fn samples(outcome: &PoolOutcome, title: &str, truth: Option<Truth>) -> ReportSamples {
+    let residuals = Residuals::of(outcome);
+    ReportSamples {
+        title: title.to_owned(),
+        water_level_m: Some(outcome.scene.campaign.water_level_m),
+        faces: faces(outcome),
+        soundings: soundings(outcome, &residuals),
+        returns: returns(outcome, &residuals),
+        trajectory_m: tracks(outcome),
+        face_statistics: statistics(outcome, &residuals),
+        truth,
+    }
+}
+
+fn faces(outcome: &PoolOutcome) -> Vec<FaceSample> {
+    let level_m = outcome.scene.campaign.water_level_m;
+    let sample = |face: &crate::target::Face| FaceSample {
+        name: face.name.clone(),
+        role: role(face.role).to_owned(),
+        vertices_m: face.outline.vertices_m.iter().map(|v| (*v).into()).collect(),
+        above_water: face.outline.vertices_m.iter().any(|v| v.z > level_m),
+    };
+    outcome.scene.target.faces.iter().map(sample).collect()
+}
+
+fn role(role: Role) -> &'static str {
+    match role {
+        Role::P1 => "P1",
+        Role::P2 => "P2",
+        Role::P3 => "P3",
+        Role::Horizontal => "horizontal",
+        Role::Other | Role::Obstacle => "other",
+    }
+}
+
+/// Rows to show, ascending: some of those tied, with their tie, and some of the others.
+fn chosen(rows: usize, ties: &TieSet) -> Vec<(usize, Option<Tie>)> {
+    let mut both: Vec<_> = thinned(&ties.ties, MOST_TIED).into_iter().map(|t| (t.row as usize, Some(t))).collect();
+    let others = rows.saturating_sub(ties.ties.len());
+    let mut tied = ties.ties.iter().map(|t| t.row as usize).peekable();
+    let untied = (0..rows).filter(|row| tied.next_if_eq(row).is_none());
+    let stride = others.div_ceil(MOST_OTHERS).max(1);
+    both.extend(untied.step_by(stride).map(|row| (row, None)));
+    both.sort_unstable_by_key(|(row, _)| *row);
+    both
+}
+
+/// At most `most` of the items, evenly.
+fn thinned<T: Copy>(items: &[T], most: usize) -> Vec<T> {
+    let n = items.len().min(most);
+    (0..n).map(|k| items[k * items.len() / n]).collect()
+}
+
+fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample> {
+    let nominal = Model::plain(outcome.scene.campaign.sonar);
+    let sample = |(row, tie): &(usize, Option<Tie>)| {
+        let place = |model: Option<Model>| model.and_then(|m| sounding_point(&outcome.scene, *row, &m));
+        let models = &residuals.models;
+        let at = each(models, |m| place(Some(*m)));
+        let off = |p: &Vector3<f64>| tie.and_then(|t| Some(residuals.faces[t.face as usize]?.distance_m(p)));
+        let before = place(Some(nominal))?;
+        Some(SoundingSample {
+            nominal_m: before.into(),
+            position_m: each(&at, |p| Some((*p).into())),
+            face: tie.map(|t| u32::from(t.face)),
+            nominal_residual_m: off(&before),
+            residual_m: each(&at, off),
+            used: tie.is_some(),
+        })
+    };
+    let rows = chosen(outcome.scene.campaign.soundings.len(), &residuals.ties);
+    rows.par_iter().filter_map(sample).collect()
+}
+
+/// Applies `f` to the value of each path.
+fn each<T, U>(paths: &PerPath<T>, f: impl Fn(&T) -> Option<U>) -> PerPath<U> {
+    PerPath {
+        sequential: paths.sequential.as_ref().and_then(&f),
+        joint: paths.joint.as_ref().and_then(&f),
+        joint_simple: paths.joint_simple.as_ref().and_then(&f),
+    }
+}
+
+fn returns(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<ReturnSample> {
+    let sample = |(row, tie): &(usize, Option<Tie>)| {
+        let (point, _) = outcome.scene.laser_point(*row)?;
+        Some(ReturnSample {
+            position_m: point.into(),
+            face: tie.map(|t| u32::from(t.face)),
+            residual_m: tie.and_then(|t| Some(residuals.faces[t.face as usize]?.distance_m(&point))),
+            used: tie.is_some(),
+        })
+    };
+    let rows = chosen(outcome.scene.campaign.laser.len(), &outcome.returns);
+    rows.par_iter().filter_map(sample).collect()
+}
+
+/// INS positions, a polyline for each part of the trajectory without a gap.
+fn tracks(outcome: &PoolOutcome) -> Vec<Vec<[f64; 3]>> {
+    let trajectory = &outcome.scene.trajectory;
+    let gap_s = outcome.scene.campaign.trajectory.max_gap_s;
+    let (times, positions) = (trajectory.times_s(), trajectory.positions_m());
+    let mut begin = 0;
+    let mut parts = vec![];
+    for end in 1..=times.len() {
+        if end == times.len() || times[end] - times[end - 1] > gap_s {
+            parts.push(thinned(&positions[begin..end], MOST_TRACK).iter().map(|p| (*p).into()).collect());
+            begin = end;
+        }
+    }
+    parts
+}
+
+fn statistics(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<FaceStatistics> {
+    let sums = each(&residuals.models, |m| Some(residuals.sums(outcome, m)));
+    let of = |face: usize, f: &dyn Fn(&Sums) -> Option<f64>| each(&sums, |all| f(&all[face]));
+    let count = |face: usize| residuals.ties.count(|f| f == face) as u64;
+    (0..outcome.scene.target.faces.len())
+        .filter(|&face| count(face) > 0)
+        .map(|face| FaceStatistics {
+            face: face as u32,
+            soundings: count(face),
+            mean_m: of(face, &Sums::mean),
+            rms_m: of(face, &Sums::rms),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_shown_once_in_order_with_their_ties() {
+        let ties = TieSet { ties: (0..50_000).map(|k| Tie { row: 2 * k, face: 3 }).collect(), ..TieSet::default() };
+        let rows = chosen(100_000, &ties);
+        assert_eq!(rows.len(), MOST_TIED + MOST_OTHERS);
+        assert!(rows.windows(2).all(|w| w[0].0 < w[1].0));
+        assert!(rows.iter().all(|(row, tie)| tie.is_some() == (row % 2 == 0)));
+        assert!(thinned::<u8>(&[], 5).is_empty());
+    }
+}

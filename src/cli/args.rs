@@ -1,0 +1,222 @@
+//! What the user types.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+
+use crate::calibrate::pool::Method;
+
+const ABOUT: &str = "Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true";
+
+const LONG_ABOUT: &str = "\
+Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true.
+
+A multibeam echo sounder and a laser scanner on one boat see the same target: a wall with inclined and horizontal faces, half of it \
+under water. boresight finds how the sounder is turned and displaced on the boat so that both see one target, by two paths: the \
+sequential one of patent CN105425246B (angles, then offsets), and a joint adjustment of angles, lever arm, planes and trajectory \
+drift together, which also states standard deviations, correlations and what the data do not determine.";
+
+const AFTER: &str = "\
+EXAMPLES
+  boresight demo                          the whole job with no input: simulate, calibrate, report
+  boresight calibrate survey.toml         calibrate your own data by both paths
+  boresight check survey.toml             before that: is everything readable, what will the geometry determine?
+  boresight calibrate survey.toml --json | jq .solutions.joint.mounting_deg
+  boresight apply survey.toml --calibration result.json --out cloud.laz
+  boresight completions bash > ~/.local/share/bash-completion/completions/boresight
+
+FILES
+  survey.toml    names trajectory, laser points, soundings, target and their noise; paths are relative to it
+  target.toml    the target in its own frame: kind = \"pool-wall\" or free-form \"faces\"
+  result.json    everything that was found, with units in the names; same input and seed, same bytes
+  report.html    the same with pictures; one file, opens offline
+
+EXIT CODES
+  0   a usable result
+  1   the run ended without a usable result; result.json and report.html say why (usable: false)
+  2   bad usage or bad input, found before solving; nothing was written";
+
+/// The command line.
+#[derive(Debug, Parser)]
+#[command(name = "boresight", version, about = ABOUT, long_about = LONG_ABOUT, after_long_help = AFTER)]
+#[command(after_help = "Exit codes: 0 usable result, 1 no usable result, 2 bad usage or input. More with --help.")]
+#[command(arg_required_else_help = true, propagate_version = true, max_term_width = 110)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// How to talk.
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Options of every command.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Common {
+    /// Threads to use (default: one per processor); changes no result
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Print nothing but errors
+    #[arg(long, short, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Name every step on standard error, with its time
+    #[arg(long, short, global = true)]
+    pub verbose: bool,
+    /// Print the result as JSON on standard output instead of a summary
+    #[arg(long, global = true)]
+    pub json: bool,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Simulate a pool survey, calibrate it by both paths and write the report: the main job with no input
+    #[command(long_about = "Simulate the built-in pool survey, calibrate it by both paths, compare with the truth and write the report.\n\n\
+        The survey's files are written too, so that you can look at the formats and run `boresight calibrate` on them.")]
+    #[command(after_long_help = "FILES WRITTEN\n  OUT/result.json, OUT/report.html\n  OUT/survey/            the simulated survey with truth.json\n\n\
+        EXAMPLE\n  boresight demo --out demo --seed 7")]
+    Demo(Demo),
+    /// Calibrate a survey
+    #[command(long_about = "Run the calibration that the survey file names and write result.json and report.html.\n\n\
+        With --method both (the default) the joint path decides whether the result is usable; the sequential one is compared with it.")]
+    #[command(after_long_help = "EXAMPLES\n  boresight calibrate survey.toml\n  boresight calibrate survey.toml --method joint --simple --out run1\n\n\
+        EXIT CODES\n  0 usable, 1 no usable result (written with usable: false), 2 bad input (nothing written)")]
+    Calibrate(Calibrate),
+    /// Simulate a scenario: a complete survey with its truth
+    #[command(long_about = "Simulate a scenario file: trajectory, laser points, soundings, target and survey file in the documented \
+        formats, and truth.json with the answer.\n\nEvery error source has its own random stream: switching one off under [sources] \
+        leaves the numbers of the others as they were.")]
+    #[command(after_long_help = "EXAMPLE\n  boresight simulate models/scenarios/three-pass.toml --out sim --seed 5\n  boresight calibrate sim/survey.toml")]
+    Simulate(Simulate),
+    /// Georeference a survey's soundings and returns with a calibration
+    #[command(long_about = "Georeference all soundings and laser returns of a survey with the mounting of a result.json and write them as \
+        one LAS or LAZ file: GPS time kept, point source id 1 for the laser scanner, 2 for the multibeam.")]
+    #[command(after_long_help = "EXAMPLE\n  boresight apply survey.toml --calibration result.json --out cloud.laz --coordinates utm")]
+    Apply(Apply),
+    /// Read and validate a survey, and say what its geometry can and cannot determine
+    #[command(long_about = "Read and validate everything that a survey names: counts, times, what lies on the target, the standard \
+        deviations to expect, and advice on what would make them smaller. Solves nothing and writes nothing.")]
+    Check(Check),
+    /// Print a completion script for a shell
+    Completions {
+        /// Which shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// `demo`.
+#[derive(Debug, Args)]
+pub struct Demo {
+    /// Folder to write into
+    #[arg(long, value_name = "DIR", default_value = "boresight-demo", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+    /// Seed of the simulation and of RANSAC
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// `calibrate`.
+#[derive(Debug, Args)]
+pub struct Calibrate {
+    /// Survey file
+    #[arg(value_name = "SURVEY.toml", value_hint = ValueHint::FilePath)]
+    pub survey: PathBuf,
+    /// Which paths run
+    #[arg(long, value_enum, default_value_t = MethodName::Both)]
+    pub method: MethodName,
+    /// Solve the simple joint model too (scanner's planes fixed, no drift), as a third column
+    #[arg(long)]
+    pub simple: bool,
+    /// Folder to write into [default: named after the survey]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
+    /// Seed of RANSAC
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Which paths run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MethodName {
+    /// The patent's: angles, then offsets
+    Sequential,
+    /// One adjustment of everything
+    Joint,
+    /// Both, compared
+    Both,
+}
+
+impl From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::Sequential => Self::Sequential,
+            MethodName::Joint => Self::Joint,
+            MethodName::Both => Self::Both,
+        }
+    }
+}
+
+/// `simulate`.
+#[derive(Debug, Args)]
+pub struct Simulate {
+    /// Scenario file
+    #[arg(value_name = "SCENARIO.toml", value_hint = ValueHint::FilePath)]
+    pub scenario: PathBuf,
+    /// Folder to write into
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+    /// Seed [default: the scenario's]
+    #[arg(long)]
+    pub seed: Option<u64>,
+}
+
+/// `apply`.
+#[derive(Debug, Args)]
+pub struct Apply {
+    /// Survey file
+    #[arg(value_name = "SURVEY.toml", value_hint = ValueHint::FilePath)]
+    pub survey: PathBuf,
+    /// Result of a calibration
+    #[arg(long, value_name = "RESULT.json", value_hint = ValueHint::FilePath)]
+    pub calibration: PathBuf,
+    /// File to write, .laz or .las
+    #[arg(long, value_name = "FILE.laz", value_hint = ValueHint::FilePath)]
+    pub out: PathBuf,
+    /// Which of its solutions
+    #[arg(long, value_enum, default_value_t = SolutionName::Joint)]
+    pub solution: SolutionName,
+    /// Coordinates to write
+    #[arg(long, value_enum, default_value_t = CoordinatesName::Utm)]
+    pub coordinates: CoordinatesName,
+}
+
+/// A solution of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SolutionName {
+    /// The rigorous joint adjustment
+    Joint,
+    /// The sequential path
+    Sequential,
+    /// The simple joint model
+    JointSimple,
+}
+
+/// Coordinates of georeferenced points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CoordinatesName {
+    /// Earth-centred, earth-fixed
+    Geocentric,
+    /// UTM easting and northing with ellipsoidal heights, zone of the target
+    Utm,
+}
+
+/// `check`.
+#[derive(Debug, Args)]
+pub struct Check {
+    /// Survey file
+    #[arg(value_name = "SURVEY.toml", value_hint = ValueHint::FilePath)]
+    pub survey: PathBuf,
+    /// Seed of RANSAC
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}

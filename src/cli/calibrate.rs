@@ -1,0 +1,123 @@
+//! `boresight calibrate`: a survey file to `result.json` and `report.html`.
+
+use std::path::{Path, PathBuf};
+
+use super::Ending;
+use super::args::Calibrate;
+use super::error::CliError;
+use super::talk::Talk;
+use crate::calibrate::pool::summary::{self, Dropped};
+use crate::calibrate::pool::{self, Method, PoolInput};
+use crate::report;
+use crate::results::{PoolResult, Provenance, ReportSamples, Software, Truth};
+use crate::survey::{self, LoadedSurvey};
+
+/// Runs the command.
+pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
+    talk.step(&format!("reading {}", args.survey.display()));
+    let mut survey = survey::load(&args.survey)?;
+    survey.file.joint.simple |= args.simple;
+    let folder = args.out.clone().unwrap_or_else(|| folder_of(&survey.file.name));
+    let finished = calibrated(&survey, args.method.into(), args.seed, None, talk)?;
+    let place = write(&folder, &finished, talk)?;
+    let text = format!("{}{}\n{place}", report::text::summary(&finished.result), notes(&finished.notes));
+    talk.result(&text, &report::json::to_bytes(&finished.result)?)?;
+    Ok(finished.ending())
+}
+
+/// A calibration that came to its end, with or without a usable result.
+#[derive(Debug)]
+pub struct Finished {
+    /// `result.json`.
+    pub result: PoolResult,
+    /// What the pictures are drawn from.
+    pub samples: ReportSamples,
+    /// Sentences that the reader should know.
+    pub notes: Vec<String>,
+}
+
+impl Finished {
+    /// Exit code 0 or 1.
+    pub fn ending(&self) -> Ending {
+        if self.result.usable { Ending::Usable } else { Ending::Unusable }
+    }
+}
+
+/// Calibrates a survey in memory.
+pub fn calibrated(
+    survey: &LoadedSurvey,
+    method: Method,
+    seed: u64,
+    truth: Option<Truth>,
+    talk: &Talk,
+) -> Result<Finished, CliError> {
+    let input = input(survey, method, seed);
+    let outcome = pool::calibrate(&input, &|what| talk.step(what))?;
+    talk.step("comparing and drawing");
+    let dropped = Dropped {
+        soundings: survey.counts.soundings_dropped as u64,
+        returns: survey.counts.laser_dropped as u64,
+    };
+    let result = summary::result(&outcome, &input, dropped, provenance(survey, method, seed)?);
+    let samples = summary::samples(&outcome, &survey.file.name, truth);
+    let notes = survey.notes.iter().chain(&outcome.scene.notes).cloned().collect();
+    Ok(Finished { result, samples, notes })
+}
+
+/// A loaded survey as the calibration takes it.
+pub fn input(survey: &LoadedSurvey, method: Method, seed: u64) -> PoolInput<'_> {
+    PoolInput {
+        campaign: &survey.campaign,
+        target: &survey.target,
+        prior: &survey.pose,
+        method,
+        sequential: &survey.file.sequential,
+        joint: &survey.file.joint,
+        seed,
+    }
+}
+
+fn provenance(survey: &LoadedSurvey, method: Method, seed: u64) -> Result<Provenance, CliError> {
+    let mut configuration = serde_json::to_value(&survey.file)?;
+    let name = match method {
+        Method::Sequential => "sequential",
+        Method::Joint => "joint",
+        Method::Both => "both",
+    };
+    if let Some(table) = configuration.as_object_mut() {
+        table.insert("method".to_owned(), name.into());
+    }
+    Ok(Provenance { software: Software::this(), seed, inputs: survey.inputs.clone(), configuration })
+}
+
+/// Writes both files and says where they are.
+pub fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<String, CliError> {
+    talk.step(&format!("writing {}", folder.display()));
+    let written = report::write_all(folder, &finished.result, &finished.samples)?;
+    Ok(format!("Result  {}\nReport  {}\n", written.result.display(), written.report.display()))
+}
+
+/// The notes as a paragraph, empty without any.
+pub fn notes(notes: &[String]) -> String {
+    let lines: Vec<String> = notes.iter().map(|note| format!("Note: {note}.\n")).collect();
+    if lines.is_empty() { String::new() } else { format!("\n{}", lines.concat()) }
+}
+
+/// A folder named after the survey, in the working directory.
+fn folder_of(name: &str) -> PathBuf {
+    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
+    let safe = safe.trim_matches(['.', '-']);
+    PathBuf::from(if safe.is_empty() { "boresight-result" } else { safe })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_survey_s_name_never_leaves_the_working_directory() {
+        assert_eq!(folder_of("three-pass"), Path::new("three-pass"));
+        assert_eq!(folder_of("../../etc/x y"), Path::new("etc-x-y"));
+        assert_eq!(folder_of(".."), Path::new("boresight-result"));
+    }
+}

@@ -1,0 +1,77 @@
+//! What ends a command before it solves: exit code 2, and nothing is written.
+
+use std::path::PathBuf;
+
+use crate::calibrate::pool::PoolError;
+use crate::formats::FormatError;
+use crate::geometry::utm::UtmError;
+use crate::report::ReportError;
+use crate::simulate::SimulateError;
+use crate::survey::{ScenarioError, SurveyError};
+
+/// Everything that can stop a command.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// The survey file or one of its files; every problem on a line of its own.
+    #[error(transparent)]
+    Survey(#[from] SurveyError),
+    /// The scenario file; every problem on a line of its own.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A scenario that cannot be simulated.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+    /// A file could not be read or written.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// The calibration could not work with its input.
+    #[error(transparent)]
+    Pool(#[from] PoolError),
+    /// A report could not be written.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// Points outside the zone.
+    #[error(transparent)]
+    Utm(#[from] UtmError),
+    /// A folder could not be made.
+    #[error("{}: whole folder: found \"{found}\", expected a folder to write into", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// What the operating system said.
+        found: String,
+    },
+    /// Not a result of this program.
+    #[error("{}: {found}, expected a result.json of boresight", file.display())]
+    NoResult {
+        /// The file.
+        file: PathBuf,
+        /// What was found: the line, the column and the fault.
+        found: String,
+    },
+    /// The solution that was asked for is not there or not usable.
+    #[error("{}: solutions.{name}: found {found}, expected a usable solution", file.display())]
+    NoSolution {
+        /// The file.
+        file: PathBuf,
+        /// Which solution.
+        name: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// The thread pool could not be made.
+    #[error("--threads: {found}")]
+    Threads {
+        /// What went wrong.
+        found: String,
+    },
+    /// Standard output could not be written.
+    #[error("standard output: {found}")]
+    Print {
+        /// What the operating system said.
+        found: String,
+    },
+    /// A value has no JSON form; a fault of this program.
+    #[error("cannot be written as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}

@@ -1,0 +1,104 @@
+//! What is printed, and where: results on standard output, progress and errors on standard error.
+
+use std::fmt::Display;
+use std::io::{ErrorKind, IsTerminal, Write, stderr, stdout};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::args::Common;
+use super::error::CliError;
+
+/// The program's voice.
+#[derive(Debug)]
+pub struct Talk {
+    quiet: bool,
+    verbose: bool,
+    json: bool,
+    begun: Instant,
+    spinner: Option<ProgressBar>,
+}
+
+impl Talk {
+    /// A spinner on a terminal, none in a pipe.
+    pub fn new(common: &Common) -> Self {
+        let shown = !common.quiet && !common.verbose && stderr().is_terminal();
+        Self {
+            quiet: common.quiet,
+            verbose: common.verbose,
+            json: common.json,
+            begun: Instant::now(),
+            spinner: shown.then(spinner),
+        }
+    }
+
+    /// Says what is being done.
+    pub fn step(&self, what: &str) {
+        if let Some(spinner) = &self.spinner {
+            spinner.set_message(what.to_owned());
+        }
+        if self.verbose {
+            let _ = writeln!(stderr(), "{:8.3} s  {what}", self.begun.elapsed().as_secs_f64());
+        }
+    }
+
+    /// Shows how much of a counted job is done, on a terminal.
+    pub fn bar(&self, what: &str, length: u64) -> ProgressBar {
+        if self.spinner.is_none() {
+            return ProgressBar::hidden();
+        }
+        let style = "{msg} [{bar:40}] {percent:>3} % {elapsed_precise}";
+        let bar = ProgressBar::new(length).with_message(what.to_owned());
+        bar.with_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()))
+    }
+
+    /// Takes the spinner away.
+    pub fn finish(&self) {
+        if let Some(spinner) = &self.spinner {
+            spinner.finish_and_clear();
+        }
+    }
+
+    /// Prints a result: the text, or with `--json` the JSON; nothing with `--quiet` unless JSON was asked for.
+    ///
+    /// # Errors
+    /// [`CliError`] when standard output cannot be written; a closed pipe is no error.
+    pub fn result(&self, text: &str, json: &[u8]) -> Result<(), CliError> {
+        if self.json {
+            self.finish();
+            return to_stdout(json);
+        }
+        if self.quiet { Ok(()) } else { self.print(text) }
+    }
+
+    /// Prints a text on standard output.
+    ///
+    /// # Errors
+    /// As [`Self::result`].
+    pub fn print(&self, text: &str) -> Result<(), CliError> {
+        self.finish();
+        to_stdout(text.as_bytes())
+    }
+
+    /// Prints an error on standard error.
+    pub fn error(&self, error: &dyn Display) {
+        for line in error.to_string().lines() {
+            let _ = writeln!(stderr(), "boresight: {line}");
+        }
+    }
+}
+
+fn spinner() -> ProgressBar {
+    let style = ProgressStyle::with_template("{spinner} {elapsed_precise} {msg}");
+    let bar = ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar
+}
+
+fn to_stdout(bytes: &[u8]) -> Result<(), CliError> {
+    let mut out = stdout().lock();
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(CliError::Print { found: error.to_string() }),
+        _ => Ok(()),
+    }
+}

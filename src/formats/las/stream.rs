@@ -1,0 +1,148 @@
+//! Points into LAS and LAZ as they come, without holding them.
+
+use std::io::BufWriter;
+use std::path::Path;
+
+use las::point::Format;
+use las::{Builder, Point, Transform, Vector};
+
+use crate::formats::error::FormatError;
+use crate::formats::extension;
+use crate::formats::whole::readable_by_all;
+
+/// Resolution of written coordinates, metres.
+const SCALE_M: f64 = 0.0001;
+
+/// Where the coordinates are, and in which system.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// About the middle of the points, metres; they lie within 200 km of it.
+    pub middle_m: [f64; 3],
+    /// The coordinate reference system as WKT.
+    pub wkt: String,
+}
+
+/// One point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CloudPoint {
+    /// GPS time, seconds.
+    pub time_s: f64,
+    /// Coordinates, metres.
+    pub position_m: [f64; 3],
+    /// Point source id.
+    pub source: u16,
+}
+
+/// Writes the chunks to LAZ (LAS when the name ends so): point format 6, coordinates to 0.1 mm. Whole or not at all. Returns the
+/// number of points.
+///
+/// # Errors
+/// The first error of the chunks, or [`FormatError`] of kind `Unwritable`.
+pub fn write<E: From<FormatError>>(
+    path: &Path,
+    layout: &Layout,
+    chunks: impl Iterator<Item = Result<Vec<CloudPoint>, E>>,
+) -> Result<u64, E> {
+    let refused = |error: &dyn std::fmt::Display| E::from(FormatError::unwritable(path, error));
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let temporary = tempfile::Builder::new().prefix(".boresight-").tempfile_in(folder).map_err(|e| refused(&e))?;
+    let file = temporary.reopen().map_err(|e| refused(&e))?;
+    let header = header(layout, extension(path) != "las").map_err(|e| refused(&e))?;
+    let writer = las::Writer::new(BufWriter::with_capacity(1 << 20, file), header).map_err(|e| refused(&e))?;
+    let count = fill(writer, chunks, &refused)?;
+    readable_by_all(temporary.as_file()).map_err(|e| refused(&e))?;
+    temporary.persist(path).map_err(|e| refused(&e.error))?;
+    Ok(count)
+}
+
+type Sink = las::Writer<BufWriter<std::fs::File>>;
+
+fn fill<E>(
+    mut writer: Sink,
+    chunks: impl Iterator<Item = Result<Vec<CloudPoint>, E>>,
+    refused: &dyn Fn(&dyn std::fmt::Display) -> E,
+) -> Result<u64, E> {
+    let written = append(&mut writer, chunks, refused).and_then(|n| writer.close().map(|()| n).map_err(|e| refused(&e)));
+    if written.is_err() {
+        // dropped unfinished, the writer would try to finish the file and panic where it cannot
+        std::mem::forget(writer);
+    }
+    written
+}
+
+fn append<E>(
+    writer: &mut Sink,
+    chunks: impl Iterator<Item = Result<Vec<CloudPoint>, E>>,
+    refused: &dyn Fn(&dyn std::fmt::Display) -> E,
+) -> Result<u64, E> {
+    let mut count = 0;
+    for chunk in chunks {
+        for point in chunk? {
+            writer.write_point(las_point(&point)).map_err(|e| refused(&e))?;
+            count += 1;
+        }
+    }
+    Ok(count)
+}
+
+fn header(layout: &Layout, compressed: bool) -> Result<las::Header, las::Error> {
+    let mut builder = Builder::from((1, 4));
+    builder.point_format = Format::new(6)?;
+    builder.point_format.is_compressed = compressed;
+    builder.generating_software = "boresight".to_owned();
+    let transform = |middle_m: f64| Transform { scale: SCALE_M, offset: middle_m.round() };
+    let [x, y, z] = layout.middle_m.map(transform);
+    builder.transforms = Vector { x, y, z };
+    let mut header = builder.into_header()?;
+    header.set_wkt_crs(layout.wkt.clone().into_bytes())?;
+    Ok(header)
+}
+
+fn las_point(point: &CloudPoint) -> Point {
+    let [x, y, z] = point.position_m;
+    Point {
+        x,
+        y,
+        z,
+        return_number: 1,
+        number_of_returns: 1,
+        point_source_id: point.source,
+        gps_time: Some(point.time_s),
+        ..Point::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::las;
+
+    fn layout() -> Layout {
+        Layout { middle_m: [500_000.4, 3e6, 15.0], wkt: super::super::wkt::utm(crate::geometry::Ellipsoid::Wgs84, 50) }
+    }
+
+    fn point(k: u32) -> CloudPoint {
+        CloudPoint { time_s: f64::from(k), position_m: [500_000.1234, 3e6 + f64::from(k), 15.5], source: 2 }
+    }
+
+    #[test]
+    fn points_come_back() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("cloud.laz");
+        let chunks = [vec![point(0), point(1)], vec![point(2)]].map(Ok::<_, FormatError>);
+        assert_eq!(write(&path, &layout(), chunks.into_iter()).expect("written"), 3);
+        let back = las::read(&path).expect("read");
+        assert_eq!((back.time_s.len(), back.time_s[2]), (3, 2.0));
+        assert!((back.x_m[1] - 500_000.1234).abs() < 1e-9 && (back.y_m[2] - 3_000_002.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_failed_chunk_leaves_nothing() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("cloud.laz");
+        let failed = FormatError::unwritable(&path, &"no more");
+        let chunks = [Ok(vec![point(0)]), Err(failed.clone())];
+        assert_eq!(write(&path, &layout(), chunks.into_iter()), Err(failed));
+        assert_eq!(std::fs::read_dir(folder.path()).expect("list").count(), 0);
+    }
+}
