@@ -21,20 +21,45 @@ pub fn run(args: &Check, talk: &Talk) -> Result<Ending, CliError> {
     let survey = survey::load(&args.survey)?;
     talk.step("looking at the geometry");
     let preview = preview(&input(&survey, Method::Both, args.seed))?;
-    let text = format!("{}\n{}{}", data(&survey), geometry(&preview), notes(&survey.notes));
-    talk.result(&text, format!("{:#}\n", as_json(&survey, &preview)).as_bytes())?;
-    Ok(if preview.refusal.is_some() { Ending::Unusable } else { Ending::Usable })
+    let text = format!(
+        "{}\n{}{}",
+        data(&survey),
+        geometry(&preview),
+        notes(&survey.notes)
+    );
+    talk.result(
+        &text,
+        format!("{:#}\n", as_json(&survey, &preview)).as_bytes(),
+    )?;
+    Ok(if preview.refusal.is_some() {
+        Ending::Unusable
+    } else {
+        Ending::Usable
+    })
 }
 
 /// What was read: rows, times, dropped.
 fn data(survey: &LoadedSurvey) -> String {
     let mut table = table(["data", "file", "records", "dropped", "from, s", "to, s"]);
     for row in rows(survey) {
-        let (first, last) = row.span.map_or((String::new(), String::new()), |s| (format!("{:.3}", s.first_s), format!("{:.3}", s.last_s)));
-        table.add_row([row.name, row.path, &row.count.to_string(), &row.dropped.to_string(), &first, &last]);
+        let (first, last) = row.span.map_or((String::new(), String::new()), |s| {
+            (format!("{:.3}", s.first_s), format!("{:.3}", s.last_s))
+        });
+        table.add_row([
+            row.name,
+            row.path,
+            &row.count.to_string(),
+            &row.dropped.to_string(),
+            &first,
+            &last,
+        ]);
     }
     align(&mut table, 2);
-    format!("Survey \"{}\" is readable and consistent.\n\n{}\n", survey.file.name, table.trim_fmt())
+    format!(
+        "Survey \"{}\" is readable and consistent.\n\n{}\n",
+        survey.file.name,
+        table.trim_fmt()
+    )
 }
 
 struct Row<'s> {
@@ -47,18 +72,46 @@ struct Row<'s> {
 
 fn rows(survey: &LoadedSurvey) -> [Row<'_>; 3] {
     let (file, campaign, counts) = (&survey.file, &survey.campaign, &survey.counts);
-    let row = |name, path, count, dropped, time_s: &[f64]| Row { name, path, count, dropped, span: Span::of(time_s) };
+    let row = |name, path, count, dropped, time_s: &[f64]| Row {
+        name,
+        path,
+        count,
+        dropped,
+        span: Span::of(time_s),
+    };
     [
-        row("trajectory", &file.trajectory.path, counts.trajectory, 0, &campaign.trajectory.time_s),
-        row("laser returns", &file.lidar.path, counts.laser, counts.laser_dropped, &campaign.laser.time_s),
-        row("soundings", &file.multibeam.path, counts.soundings, counts.soundings_dropped, &campaign.soundings.time_s),
+        row(
+            "trajectory",
+            &file.trajectory.path,
+            counts.trajectory,
+            0,
+            &campaign.trajectory.time_s,
+        ),
+        row(
+            "laser returns",
+            &file.lidar.path,
+            counts.laser,
+            counts.laser_dropped,
+            &campaign.laser.time_s,
+        ),
+        row(
+            "soundings",
+            &file.multibeam.path,
+            counts.soundings,
+            counts.soundings_dropped,
+            &campaign.soundings.time_s,
+        ),
     ]
 }
 
 fn geometry(preview: &Preview) -> String {
     let mut table = table(["on the target", "laser returns", "soundings"]);
     for (name, seen) in &preview.seen {
-        table.add_row([*name, &seen.returns.to_string(), &seen.soundings.to_string()]);
+        table.add_row([
+            *name,
+            &seen.returns.to_string(),
+            &seen.soundings.to_string(),
+        ]);
     }
     align(&mut table, 1);
     let mut text = format!("{}\n\n", table.trim_fmt());
@@ -94,7 +147,10 @@ fn table<const N: usize>(header: [&str; N]) -> Table {
 }
 
 fn align(table: &mut Table, from: usize) {
-    table.column_iter_mut().skip(from).for_each(|c| c.set_cell_alignment(CellAlignment::Right));
+    table
+        .column_iter_mut()
+        .skip(from)
+        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
 }
 
 fn as_json(survey: &LoadedSurvey, preview: &Preview) -> Value {
@@ -102,7 +158,10 @@ fn as_json(survey: &LoadedSurvey, preview: &Preview) -> Value {
         let span = r.span.map(|s| [s.first_s, s.last_s]);
         json!({ "name": r.name, "path": r.path, "records": r.count, "dropped": r.dropped, "time_s": span })
     });
-    let seen = preview.seen.iter().map(|(name, s)| json!({ "role": name, "returns": s.returns, "soundings": s.soundings }));
+    let seen = preview
+        .seen
+        .iter()
+        .map(|(name, s)| json!({ "role": name, "returns": s.returns, "soundings": s.soundings }));
     let passes = preview.passes.iter().map(|p| {
         let (low, mean, high) = p.distance_m;
         json!({ "time_s": [p.time_s.0, p.time_s.1], "soundings": p.soundings, "distance_m": { "smallest": low, "mean": mean, "largest": high } })

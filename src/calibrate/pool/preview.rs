@@ -4,7 +4,7 @@ use super::config::JointConfig;
 use super::planes;
 use super::run::{PoolError, PoolInput};
 use super::scene::Scene;
-use super::ties::{self, TieSet};
+use super::ties::{self, Association, TieSet};
 use super::verdict::Refusal;
 use crate::geometry::plane::Plane;
 use crate::matching::{Patches, Water};
@@ -55,8 +55,13 @@ pub struct Preview {
     pub advice: Vec<String>,
 }
 
-const ROLES: [(Role, &str); 5] =
-    [(Role::P1, "P1"), (Role::P2, "P2"), (Role::P3, "P3"), (Role::Horizontal, "horizontal"), (Role::Other, "other")];
+const ROLES: [(Role, &str); 5] = [
+    (Role::P1, "P1"),
+    (Role::P2, "P2"),
+    (Role::P3, "P3"),
+    (Role::Horizontal, "horizontal"),
+    (Role::Other, "other"),
+];
 
 /// Looks at a survey: refines the target's pose, registers the soundings roughly, ties both sensors' points to the faces.
 ///
@@ -65,27 +70,72 @@ const ROLES: [(Role, &str); 5] =
 pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
     let (campaign, target) = (input.campaign, input.target);
     let scene = Scene::prepare(campaign, target, input.prior)?;
-    let mut laser = Patches::new(target, Water::Above, campaign.water_level_m, &scene.origins(&campaign.scanner));
-    let wide = ties::tie_returns(&scene, &laser, WIDE * input.joint.gate_sigma);
+    let mut laser = Patches::new(
+        target,
+        Water::Above,
+        campaign.water_level_m,
+        &scene.origins(&campaign.scanner),
+    );
+    let wide = ties::tie_returns(
+        &scene,
+        &laser,
+        None,
+        &Association::before(WIDE * input.joint.gate_sigma),
+    );
     let found = planes::extract(&scene, &wide, input.seed);
     let fitted: Vec<Option<Plane>> = found.iter().map(|p| p.map(|p| p.fit.plane)).collect();
     planes::apply(&mut laser, &scene, &fitted);
-    let returns = ties::tie_returns(&scene, &laser, input.joint.gate_sigma);
+    let returns = ties::tie_returns(
+        &scene,
+        &laser,
+        None,
+        &Association::before(input.joint.gate_sigma),
+    );
     let mut refusal = Refusal::of_scanner(&scene, &found, &wide);
     let mut soundings = TieSet::default();
     let mut passes = vec![];
     if refusal.is_none() {
         let rough = scene.rough_mounting();
         refusal = Refusal::of_soundings(&scene, &rough);
-        let mut patches = Patches::new(target, Water::Below, campaign.water_level_m, &scene.origins(&rough.mounting));
+        let mut patches = Patches::new(
+            target,
+            Water::Below,
+            campaign.water_level_m,
+            &scene.origins(&rough.mounting),
+        );
         planes::apply(&mut patches, &scene, &fitted);
         let near = scene.soundings_near(&patches, &rough.mounting, CANDIDATE_M);
-        soundings = ties::tie_soundings(&scene, &patches, &near, &rough.mounting, 0.0, 0.0, input.joint.gate_sigma);
+        soundings = ties::tie_soundings(
+            &scene,
+            &patches,
+            &near,
+            &rough.mounting,
+            0.0,
+            0.0,
+            &Association::before(input.joint.gate_sigma),
+        );
         passes = split(&scene, &soundings);
     }
-    let seen = ROLES.map(|(role, name)| (name, Seen { returns: count(target, &returns, role), soundings: count(target, &soundings, role) }));
-    let advice = if refusal.is_some() { vec![] } else { advice(&seen, &passes, campaign, input.joint) };
-    Ok(Preview { seen, passes, refusal, advice })
+    let seen = ROLES.map(|(role, name)| {
+        (
+            name,
+            Seen {
+                returns: count(target, &returns, role),
+                soundings: count(target, &soundings, role),
+            },
+        )
+    });
+    let advice = if refusal.is_some() {
+        vec![]
+    } else {
+        advice(&seen, &passes, campaign, input.joint)
+    };
+    Ok(Preview {
+        seen,
+        passes,
+        refusal,
+        advice,
+    })
 }
 
 fn count(target: &Target, ties: &TieSet, role: Role) -> usize {
@@ -98,11 +148,17 @@ fn split(scene: &Scene, ties: &TieSet) -> Vec<PassSpan> {
     let mut last_s = f64::NEG_INFINITY;
     for tie in &ties.ties {
         let time_s = scene.campaign.soundings.time_s[tie.row as usize];
-        let Some(pose) = scene.sounding_pose(tie.row as usize, 0.0) else { continue };
+        let Some(pose) = scene.sounding_pose(tie.row as usize, 0.0) else {
+            continue;
+        };
         let away_m = -(pose.position_m + pose.rotation * scene.campaign.sonar.lever_arm_m).x;
         match passes.last_mut() {
             Some(pass) if time_s - last_s <= PASS_GAP_S => pass.add(time_s, away_m),
-            _ => passes.push(PassSpan { time_s: (time_s, time_s), soundings: 1, distance_m: (away_m, away_m, away_m) }),
+            _ => passes.push(PassSpan {
+                time_s: (time_s, time_s),
+                soundings: 1,
+                distance_m: (away_m, away_m, away_m),
+            }),
         }
         last_s = time_s;
     }
@@ -116,13 +172,25 @@ impl PassSpan {
         let n = self.soundings as f64;
         self.time_s.1 = time_s;
         self.soundings += 1;
-        self.distance_m = (low.min(away_m), (mean * n + away_m) / (n + 1.0), high.max(away_m));
+        self.distance_m = (
+            low.min(away_m),
+            (mean * n + away_m) / (n + 1.0),
+            high.max(away_m),
+        );
     }
 }
 
 /// What would help, with the figures of the mathematics page, section 5.
-fn advice(seen: &[(&str, Seen); 5], passes: &[PassSpan], campaign: &Campaign, joint: &JointConfig) -> Vec<String> {
-    let by_both = |name: &str| seen.iter().any(|(n, s)| *n == name && s.returns >= SEEN && s.soundings >= SEEN);
+fn advice(
+    seen: &[(&str, Seen); 5],
+    passes: &[PassSpan],
+    campaign: &Campaign,
+    joint: &JointConfig,
+) -> Vec<String> {
+    let by_both = |name: &str| {
+        seen.iter()
+            .any(|(n, s)| *n == name && s.returns >= SEEN && s.soundings >= SEEN)
+    };
     let held = |name: &str| joint.hold.iter().any(|h| h == name);
     let mut advice = distance_advice(passes, joint);
     let inclined = (by_both("P1"), by_both("P3"));
@@ -153,7 +221,10 @@ fn advice(seen: &[(&str, Seen); 5], passes: &[PassSpan], campaign: &Campaign, jo
 /// Passes at one distance hold yaw and along-track arm together, and range scale and off-wall arm.
 fn distance_advice(passes: &[PassSpan], joint: &JointConfig) -> Vec<String> {
     let means = || passes.iter().map(|p| p.distance_m.1);
-    let (low, high) = (means().fold(f64::INFINITY, f64::min), means().fold(0.0, f64::max));
+    let (low, high) = (
+        means().fold(f64::INFINITY, f64::min),
+        means().fold(0.0, f64::max),
+    );
     let mut advice = vec![];
     if passes.is_empty() || high > ONE_DISTANCE * low {
         return advice;
@@ -165,7 +236,10 @@ fn distance_advice(passes: &[PassSpan], joint: &JointConfig) -> Vec<String> {
         1.8 * low
     ));
     if joint.range_scale {
-        advice.push("range_scale is asked for: at one distance it is tied to the off-wall lever arm".to_owned());
+        advice.push(
+            "range_scale is asked for: at one distance it is tied to the off-wall lever arm"
+                .to_owned(),
+        );
     }
     advice
 }
@@ -175,14 +249,24 @@ mod tests {
     use super::*;
 
     fn pass(distance_m: f64) -> PassSpan {
-        PassSpan { time_s: (0.0, 1.0), soundings: 1000, distance_m: (distance_m, distance_m, distance_m) }
+        PassSpan {
+            time_s: (0.0, 1.0),
+            soundings: 1000,
+            distance_m: (distance_m, distance_m, distance_m),
+        }
     }
 
     #[test]
     fn one_distance_is_warned_of_and_two_are_not() {
-        let joint = JointConfig { range_scale: true, ..JointConfig::default() };
+        let joint = JointConfig {
+            range_scale: true,
+            ..JointConfig::default()
+        };
         let one = distance_advice(&[pass(5.0), pass(5.3)], &joint);
-        assert!(one.len() == 2 && one[0].contains("inseparable") && one[1].contains("range_scale"), "{one:?}");
+        assert!(
+            one.len() == 2 && one[0].contains("inseparable") && one[1].contains("range_scale"),
+            "{one:?}"
+        );
         assert!(distance_advice(&[pass(5.0), pass(9.0)], &joint).is_empty());
     }
 }

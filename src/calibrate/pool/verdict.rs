@@ -218,7 +218,8 @@ impl Refusal {
     }
 }
 
-/// Parameters whose standard deviation exceeds the configured limit without a prior of their own.
+/// Parameters whose standard deviation exceeds the configured limit, or that only the boat's motion determines, unless they are
+/// held or have a prior of their own.
 fn undetermined(joint: &JointOutcome, input: &PoolInput) -> Option<Vec<String>> {
     let p = &input.joint.prior;
     let priors = [
@@ -229,18 +230,28 @@ fn undetermined(joint: &JointOutcome, input: &PoolInput) -> Option<Vec<String>> 
         p.ly_sigma_m,
         p.lz_sigma_m,
     ];
+    let uncovered = joint
+        .judgement
+        .as_ref()
+        .map_or([false; 6], |j| j.coverage.uncovered());
     let mut names = vec![];
     for (i, name) in SIX.iter().enumerate() {
+        if priors[i].is_some() || input.joint.hold.iter().any(|h| h == name) {
+            continue;
+        }
         let sigma = joint.covariance[(i, i)].sqrt();
         let (sigma, limit, unit) = if i < 3 {
             (sigma.to_degrees(), input.joint.max_sigma_deg, "deg")
         } else {
             (sigma, input.joint.max_sigma_m, "m")
         };
-        let beyond = !(sigma <= limit);
-        if beyond && priors[i].is_none() {
+        if !(sigma <= limit) {
             names.push(format!(
                 "{name} (standard deviation {sigma:.3} {unit}, limit {limit} {unit})"
+            ));
+        } else if uncovered[i] {
+            names.push(format!(
+                "{name} (no tied face looks that way: only the boat's motion would determine it)"
             ));
         }
     }

@@ -9,12 +9,12 @@
 //! | [`samples()`] | decimated points for the pictures |
 
 mod comparison;
+mod quality;
 pub mod residuals;
 mod samples;
 mod solutions;
 
 pub use samples::samples;
-pub use solutions::quality_of;
 
 use super::run::{Method, PoolInput, PoolOutcome};
 use super::ties::TieSet;
@@ -35,11 +35,20 @@ pub struct Dropped {
 
 /// The outcome as `result.json` gives it.
 #[must_use]
-pub fn result(outcome: &PoolOutcome, input: &PoolInput, dropped: Dropped, provenance: Provenance) -> PoolResult {
+pub fn result(
+    outcome: &PoolOutcome,
+    input: &PoolInput,
+    dropped: Dropped,
+    provenance: Provenance,
+) -> PoolResult {
     let residuals = Residuals::of(outcome);
     let solutions = solutions(outcome, input);
     let reason = reason(outcome, &solutions);
-    let comparison = if reason.is_none() { comparison::compare(outcome, &solutions, &residuals) } else { None };
+    let comparison = if reason.is_none() {
+        comparison::compare(outcome, &solutions, &residuals)
+    } else {
+        None
+    };
     PoolResult {
         schema: SCHEMA,
         procedure: "pool".to_owned(),
@@ -59,7 +68,8 @@ fn solutions(outcome: &PoolOutcome, input: &PoolInput) -> Solutions {
     Solutions {
         sequential: (input.method != Method::Joint).then(|| solutions::sequential(outcome, input)),
         joint: joint.then(|| solutions::joint(outcome.joint.as_ref(), outcome, input)),
-        joint_simple: (joint && input.joint.simple).then(|| solutions::joint(outcome.simple.as_ref(), outcome, input)),
+        joint_simple: (joint && input.joint.simple)
+            .then(|| solutions::joint(outcome.simple.as_ref(), outcome, input)),
     }
 }
 
@@ -87,12 +97,20 @@ fn counts(outcome: &PoolOutcome, soundings: &TieSet, dropped: Dropped) -> Counts
 fn sensor_counts(rows: usize, ties: &TieSet, dropped: u64) -> SensorCounts {
     let used = ties.ties.len() as u64;
     let judged = used + ties.rejected.values().sum::<u64>();
-    let mut rejected: std::collections::BTreeMap<String, u64> =
-        ties.rejected.iter().map(|(reason, n)| ((*reason).to_owned(), *n)).collect();
+    let mut rejected: std::collections::BTreeMap<String, u64> = ties
+        .rejected
+        .iter()
+        .map(|(reason, n)| ((*reason).to_owned(), *n))
+        .collect();
     *rejected.entry(NO_POSITION.to_owned()).or_default() += dropped;
-    *rejected.entry("not looked at".to_owned()).or_default() += (rows as u64).saturating_sub(judged);
+    *rejected.entry("not looked at".to_owned()).or_default() +=
+        (rows as u64).saturating_sub(judged);
     rejected.retain(|_, n| *n > 0);
-    SensorCounts { read: rows as u64 + dropped, used, rejected }
+    SensorCounts {
+        read: rows as u64 + dropped,
+        used,
+        rejected,
+    }
 }
 
 fn target_pose(outcome: &PoolOutcome) -> Option<TargetPose> {
