@@ -20,7 +20,7 @@ const LEAST_TIES: usize = 10;
 /// Soundings further apart in time than this belong to different passes, seconds.
 const PASS_GAP_S: f64 = 5.0;
 /// A direction with less than this share of the best determined one hangs on the boat's motion alone.
-const LEAST_SHARE: f64 = 2e-3;
+const LEAST_SHARE: f64 = 8e-3;
 
 /// Shares of information by direction, best first, and the directions themselves (columns), in the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
