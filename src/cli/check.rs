@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, Table};
 use serde_json::{Value, json};
 
 use super::Ending;
@@ -12,6 +12,7 @@ use super::error::CliError;
 use super::talk::Talk;
 use crate::calibrate::pool::Method;
 use crate::calibrate::pool::preview::{PassSpan, Preview, preview};
+use crate::report::text::ruled_table;
 use crate::survey::clock::Span;
 use crate::survey::{self, LoadedSurvey};
 
@@ -87,8 +88,7 @@ fn pass_line(k: usize, pass: &PassSpan) -> String {
 }
 
 fn table<const N: usize>(header: [&str; N]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    let mut table = ruled_table();
     table.set_header(header);
     table
 }

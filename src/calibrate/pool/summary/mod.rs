@@ -4,18 +4,20 @@
 //! |---|---|
 //! | [`result`] | the whole [`PoolResult`], its counts and the target's pose |
 //! | `solutions` | an outcome of one path as its solution |
+//! | `quality` | what the engine says of an adjustment, with names and in words |
 //! | `comparison` | the paths against each other |
 //! | [`residuals`] | distances of the soundings from the planes under each path's mounting |
 //! | [`samples()`] | decimated points for the pictures |
 
 mod comparison;
+mod quality;
 pub mod residuals;
 mod samples;
 mod solutions;
 
 pub use samples::samples;
-pub use solutions::quality_of;
 
+use super::config::{Drift, JointConfig, Planes};
 use super::run::{Method, PoolInput, PoolOutcome};
 use super::ties::TieSet;
 use crate::results::{Counts, PoolResult, Provenance, SCHEMA, SensorCounts, Solutions, TargetPose};
@@ -56,10 +58,11 @@ pub fn result(outcome: &PoolOutcome, input: &PoolInput, dropped: Dropped, proven
 /// One entry per path that was asked for, whether it came to run or not.
 fn solutions(outcome: &PoolOutcome, input: &PoolInput) -> Solutions {
     let joint = input.method != Method::Sequential;
+    let simple = JointConfig { planes: Planes::Fixed, drift: Drift::Off, ..input.joint.clone() };
     Solutions {
         sequential: (input.method != Method::Joint).then(|| solutions::sequential(outcome, input)),
-        joint: joint.then(|| solutions::joint(outcome.joint.as_ref(), outcome, input)),
-        joint_simple: (joint && input.joint.simple).then(|| solutions::joint(outcome.simple.as_ref(), outcome, input)),
+        joint: joint.then(|| solutions::joint(outcome.joint.as_ref(), input.joint, outcome, input)),
+        joint_simple: (joint && input.joint.simple).then(|| solutions::joint(outcome.simple.as_ref(), &simple, outcome, input)),
     }
 }
 

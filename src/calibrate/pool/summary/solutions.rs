@@ -2,13 +2,15 @@
 
 use nalgebra::{Matrix6, Vector3};
 
+use super::quality;
+use super::super::config::{JointConfig, Variant};
 use super::super::joint::JointOutcome;
 use super::super::run::{PoolInput, PoolOutcome};
 use super::super::verdict::Refusal;
 use crate::adjust::{self, BlockId, Limits};
 use crate::observe::Mounting;
 use crate::results::{
-    Angles, Estimate, ExtraParameter, JointIteration, JointSolution, MountingAngles, Quality, SequentialSolution, SixSigmas, Status,
+    Angles, Estimate, ExtraParameter, JointIteration, JointSolution, MountingAngles, SequentialSolution, SixSigmas, Status,
 };
 
 /// The reference path.
@@ -22,8 +24,8 @@ pub fn sequential(outcome: &PoolOutcome, input: &PoolInput) -> SequentialSolutio
 
 fn no_sequential(input: &PoolInput, message: String) -> SequentialSolution {
     let variant = match input.sequential.variant {
-        super::super::config::Variant::Literal => "literal",
-        super::super::config::Variant::Projected => "projected",
+        Variant::Literal => "literal",
+        Variant::Projected => "projected",
     };
     SequentialSolution {
         variant: variant.to_owned() + if input.sequential.repeated { ", repeated" } else { "" },
@@ -40,12 +42,12 @@ fn not_run(outcome: &PoolOutcome) -> String {
 }
 
 /// A joint path; refused with the run's reason where it did not come to run.
-pub fn joint(joint: Option<&JointOutcome>, outcome: &PoolOutcome, input: &PoolInput) -> JointSolution {
+pub fn joint(joint: Option<&JointOutcome>, config: &JointConfig, outcome: &PoolOutcome, input: &PoolInput) -> JointSolution {
     let Some(joint) = joint else {
         return no_joint(not_run(outcome));
     };
     let iterations = iterations(joint);
-    let quality = quality_of(joint);
+    let quality = quality::of(joint, &outcome.scene, config);
     if let Some(refusal) = Refusal::of_joint(joint, input) {
         let status = match joint.solution.status {
             adjust::Status::RankDeficient { .. } => Status::RankDeficient,
@@ -79,12 +81,6 @@ fn no_joint(message: String) -> JointSolution {
         iterations: vec![],
         quality: None,
     }
-}
-
-/// Quality figures of a joint outcome, where they were computed.
-#[must_use]
-pub fn quality_of(_joint: &JointOutcome) -> Option<Quality> {
-    None
 }
 
 fn ending(joint: &JointOutcome) -> (Status, String) {
