@@ -97,3 +97,24 @@ fn a_written_survey_reads_back() {
         Some(survey.prior.azimuth_rad.to_degrees())
     );
 }
+
+/// The survey reader takes what the simulator writes, from CSV and from SBET trajectories.
+#[test]
+fn a_written_survey_is_a_survey() {
+    for name in ["single-pass-thin", "three-pass"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("models/scenarios/{name}.toml"));
+        let file = scenario::read(&path).expect("a scenario");
+        let survey = simulate(&file.scenario, 3).expect("a survey");
+        write_survey(folder.path(), &file, &survey).expect("written");
+        let loaded = boresight::survey::load(&folder.path().join("survey.toml"))
+            .unwrap_or_else(|e| panic!("{e}"));
+        let (read, made) = (&loaded.campaign, &survey.campaign);
+        assert_eq!(read.soundings.len(), made.soundings.len());
+        assert_eq!(read.laser.len(), made.laser.len());
+        assert_eq!(read.trajectory.time_s.len(), made.trajectory.time_s.len());
+        assert_eq!(read.sonar, made.sonar);
+        assert_eq!(read.soundings.noise, made.soundings.noise);
+    }
+}

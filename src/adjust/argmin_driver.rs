@@ -9,8 +9,9 @@ use argmin::core::{
 use argmin::kv;
 
 use super::error::AdjustError;
+use super::options::{IterationRecord, Options};
 use super::problem::{Estimate, Problem};
-use super::solve::{Iteration, IterationRecord, Options, Solution};
+use super::solve::{Iteration, Solution};
 
 /// What an observer sees: the log of the iterations so far.
 #[derive(Debug, Clone, Default)]

@@ -8,10 +8,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::accumulate::Pass;
 use super::condition::Row;
 use super::error::AdjustError;
-use super::linearise::chunks;
+use super::partition::chunks;
+use super::pass::Pass;
 use super::problem::Estimate;
 
 /// Part of the step over which the second difference is taken.

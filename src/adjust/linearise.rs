@@ -9,10 +9,14 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::accumulate::{Normal, Pass, Run, Tally, Weighting, Window};
+use super::accumulate::{Normal, Run, Window};
 use super::chain::{ChainModel, ChainState, VISIBLE};
-use super::elimination::{Elimination, Factor};
+use super::elimination::Elimination;
 use super::error::AdjustError;
+use super::factor::Factor;
+use super::orthogonal::orthogonalised;
+use super::partition::{chunks, conditions_of, sees_chain, windows};
+use super::pass::{Pass, Tally, Weighting};
 use super::problem::{Estimate, Problem};
 use super::spectrum::{Reduced, Spectrum};
 
@@ -20,10 +24,6 @@ use super::spectrum::{Reduced, Spectrum};
 const QR_ROWS: usize = 20_000;
 /// Rows of a chunk of a set without chain.
 const CHUNK: usize = 4096;
-/// Rows orthogonalised at a time.
-const QR_CHUNK: usize = 256;
-/// Intervals of a window of the chain.
-const WINDOW: usize = 64;
 /// Windows accumulated at a time, while the ones before are eliminated.
 const BATCH: usize = 16;
 
@@ -47,7 +47,8 @@ pub(super) struct Linearisation {
 }
 
 impl Linearisation {
-    fn new(
+    /// Checks and decomposes a reduced system.
+    pub(super) fn new(
         pass: &Pass,
         reduced: Reduced,
         tally: Tally,
@@ -123,117 +124,6 @@ pub(super) fn linearise(
         _ if problem.condition_count() <= QR_ROWS => orthogonalised(&pass),
         _ => summed(&pass),
     }
-}
-
-fn orthogonalised(pass: &Pass) -> Result<Linearisation, AdjustError> {
-    let free = pass.at.parameters.free_columns();
-    let chunks = chunks(pass.problem, QR_CHUNK, |_| true);
-    let parts: Result<Vec<_>, _> = chunks
-        .into_par_iter()
-        .map(|(set, range)| whitened(pass, set, range, &free))
-        .collect();
-    let mut tally = Tally::default();
-    let (priors, prior_cost) = prior_rows(pass.at, &free)?;
-    let mut root = priors;
-    for (rows, part) in parts? {
-        tally.add(&part);
-        root = triangle(stacked(&root, &rows));
-    }
-    let n = free.len();
-    let residuals: Vec<f64> = root.column(n).iter().copied().collect();
-    let reduced = Reduced::Root {
-        factor: root.columns(0, n).into_owned(),
-        residuals,
-    };
-    Linearisation::new(pass, reduced, tally, prior_cost)
-}
-
-/// Whitened Jacobian of a chunk with its residuals as last column, already triangular.
-fn whitened(
-    pass: &Pass,
-    set: usize,
-    range: Range<usize>,
-    free: &[usize],
-) -> Result<(DMatrix<f64>, Tally), AdjustError> {
-    let place = places(pass.at.parameters.columns(), free);
-    let mut rows = DMatrix::zeros(range.len(), free.len() + 1);
-    let first = range.start;
-    let tally = pass.visit(set, range, |weighted| {
-        let (i, root) = (weighted.condition - first, weighted.weight.sqrt());
-        for (column, value) in weighted.row.columns().iter().zip(weighted.row.values()) {
-            if let Some(j) = place[usize::from(*column)] {
-                rows[(i, j)] += root * value;
-            }
-        }
-        rows[(i, free.len())] = root * weighted.row.misclosure;
-    })?;
-    Ok((triangle(rows), tally))
-}
-
-fn places(columns: usize, free: &[usize]) -> Vec<Option<usize>> {
-    let mut place = vec![None; columns];
-    free.iter()
-        .enumerate()
-        .for_each(|(j, column)| place[*column] = Some(j));
-    place
-}
-
-/// Priors as whitened rows over the free columns, residuals last; and their cost.
-fn prior_rows(at: &Estimate, free: &[usize]) -> Result<(DMatrix<f64>, f64), AdjustError> {
-    let place = places(at.parameters.columns(), free);
-    let priors = at.parameters.prior_rows()?;
-    let mut rows = DMatrix::zeros(priors.len(), free.len() + 1);
-    for (i, prior) in priors.iter().enumerate() {
-        for (k, value) in prior.derivatives.iter().enumerate() {
-            if let Some(j) = place[prior.column + k] {
-                rows[(i, j)] = *value;
-            }
-        }
-        rows[(i, free.len())] = prior.residual;
-    }
-    let cost = priors
-        .iter()
-        .map(|prior| 0.5 * prior.residual * prior.residual)
-        .sum();
-    Ok((rows, cost))
-}
-
-fn stacked(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut both = DMatrix::zeros(a.nrows() + b.nrows(), a.ncols());
-    both.rows_mut(0, a.nrows()).copy_from(a);
-    both.rows_mut(a.nrows(), b.nrows()).copy_from(b);
-    both
-}
-
-/// Triangular factor of a matrix that has more rows than columns; other matrices as they are.
-fn triangle(rows: DMatrix<f64>) -> DMatrix<f64> {
-    if rows.nrows() <= rows.ncols() {
-        return rows;
-    }
-    rows.qr().unpack_r()
-}
-
-/// Chunks of rows of the sets for which `wanted` holds, in order.
-pub(super) fn chunks(
-    problem: &Problem,
-    size: usize,
-    wanted: impl Fn(usize) -> bool,
-) -> Vec<(usize, Range<usize>)> {
-    let mut chunks = Vec::new();
-    for (set, source) in problem
-        .sources
-        .iter()
-        .enumerate()
-        .filter(|(set, _)| wanted(*set))
-    {
-        let len = source.conditions.len();
-        chunks.extend(
-            (0..len)
-                .step_by(size)
-                .map(|start| (set, start..(start + size).min(len))),
-        );
-    }
-    chunks
 }
 
 fn summed(pass: &Pass) -> Result<Linearisation, AdjustError> {
@@ -343,12 +233,6 @@ fn with_chain(
     })
 }
 
-/// Whether the conditions of a set see the chain.
-pub(super) fn sees_chain(problem: &Problem, set: usize) -> bool {
-    let conditions = problem.sources[set].conditions;
-    !conditions.is_empty() && conditions.interval(0).is_some()
-}
-
 struct WindowSums {
     window: Window,
     normal: Normal,
@@ -382,15 +266,6 @@ fn sweep(
     eliminate(ready)
 }
 
-/// Windows of a chain, in order.
-pub(super) fn windows(model: &ChainModel) -> Vec<Range<usize>> {
-    let end = model.intervals();
-    (0..end)
-        .step_by(WINDOW)
-        .map(|start| start..(start + WINDOW).min(end))
-        .collect()
-}
-
 /// Gives each window what the one before left at their common epoch.
 fn join_windows(ready: &mut [WindowSums], spill: &mut Option<Window>) {
     for sums in ready.iter_mut() {
@@ -414,50 +289,6 @@ fn window_sums(pass: &Pass, intervals: Range<usize>) -> Result<WindowSums, Adjus
         normal,
         tally,
     })
-}
-
-/// Conditions of a set that see the intervals of a window.
-pub(super) fn conditions_of(
-    problem: &Problem,
-    set: usize,
-    intervals: &Range<usize>,
-) -> Range<usize> {
-    first_at_or_after(problem, set, intervals.start)..first_at_or_after(problem, set, intervals.end)
-}
-
-fn first_at_or_after(problem: &Problem, set: usize, interval: usize) -> usize {
-    let conditions = problem.sources[set].conditions;
-    let (mut low, mut high) = (0, conditions.len());
-    while low < high {
-        let middle = low + (high - low) / 2;
-        match conditions.interval(middle) {
-            Some(found) if (found as usize) < interval => low = middle + 1,
-            _ => high = middle,
-        }
-    }
-    low
-}
-
-/// Checks that every set that sees the chain is sorted by interval and inside it.
-pub(super) fn check_intervals(problem: &Problem) -> Result<(), AdjustError> {
-    let intervals = problem.chain.map_or(0, ChainModel::intervals);
-    for set in (0..problem.sources.len()).filter(|set| sees_chain(problem, *set)) {
-        let conditions = problem.sources[set].conditions;
-        let mut before = 0;
-        for condition in 0..conditions.len() {
-            let found = conditions.interval(condition).unwrap_or(u32::MAX);
-            if found < before || found as usize >= intervals {
-                return Err(AdjustError::BadInterval {
-                    set,
-                    condition,
-                    found,
-                    intervals,
-                });
-            }
-            before = found;
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! Loops around a solve: data snooping and variance components.
 
 use super::error::AdjustError;
+use super::options::Options;
 use super::problem::{Estimate, Problem, Source};
 use super::quality::{Quality, QualityOptions, assess};
-use super::solve::{Options, Solution, solve};
+use super::solve::{Solution, solve};
 
 /// A solution after data snooping.
 #[derive(Debug)]

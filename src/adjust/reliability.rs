@@ -6,10 +6,10 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::accumulate::{Pass, Weighted};
 use super::error::AdjustError;
 use super::kernel::Kernel;
-use super::linearise::{chunks, conditions_of, sees_chain, windows};
+use super::partition::{chunks, conditions_of, sees_chain, windows};
+use super::pass::{Pass, Weighted};
 use super::problem::Problem;
 use super::selected::{Backward, Covariances};
 use super::solve::Solution;

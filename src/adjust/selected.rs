@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 
 use super::chain::{ChainModel, VISIBLE};
 use super::condition::ChainRow;
-use super::elimination::{Factor, with_size};
+use super::factor::{Factor, Square, dot, with_size};
 
 type Block = [[f64; VISIBLE]; VISIBLE];
 
@@ -112,56 +112,55 @@ impl<'a> Backward<'a> {
 
     /// Moves to the epoch before; returns the visible cofactors between it and the one it comes from.
     fn step<const N: usize>(&mut self, epoch: usize) -> Block {
-        let lower = self.factor.lower_block::<N>(epoch);
-        let next = self.factor.next_block::<N>(epoch);
+        let upper = self.factor.upper::<N>(epoch);
+        let cross = self.cross(&upper, epoch);
+        let border = self.stepped_border(&upper, epoch);
         let width = self.free.len();
-        let weights = &self.factor.border[epoch * N * self.factor.width..][..N * self.factor.width];
-        let cross = self.cross::<N>(&lower, &next, weights);
-        let mut border = vec![0.0; N * width];
-        for i in 0..N {
-            let row = &mut border[i * width..(i + 1) * width];
-            for (factor, ahead) in next[i].iter().zip(self.border.chunks_exact(width.max(1))) {
-                add(row, -factor, ahead);
-            }
-            for (j, factor) in weights[i * self.factor.width..][..width].iter().enumerate() {
-                add(row, -factor, self.parameters.column(j).as_slice());
+        let mut own = inverse(&upper);
+        for (i, row) in own.iter_mut().enumerate() {
+            let (next, weights) = self.factor.row(epoch, i);
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry -= dot(next, &cross[j]) + dot(&border[j * width..(j + 1) * width], weights);
             }
         }
-        backward(&lower, &mut border, width);
-        let mut own = inverse(&lower);
-        for i in 0..N {
-            for j in 0..N {
-                let states: f64 = (0..N).map(|k| next[i][k] * cross[j][k]).sum();
-                let weights = &weights[i * self.factor.width..][..width];
-                own[i][j] -= states + dot(weights, &border[j * width..(j + 1) * width]);
-            }
-        }
-        backward(&lower, own.as_flattened_mut(), N);
+        backward(&upper, own.as_flattened_mut(), N);
         self.own.copy_from_slice(own.as_flattened());
         self.border = border;
         self.visible(cross.as_flattened())
     }
 
     /// `Q_k(k+1)`.
-    fn cross<const N: usize>(
-        &self,
-        lower: &[[f64; N]; N],
-        next: &[[f64; N]; N],
-        weights: &[f64],
-    ) -> [[f64; N]; N] {
+    fn cross<const N: usize>(&self, upper: &Square<N>, epoch: usize) -> Square<N> {
         let width = self.free.len();
         let mut cross = [[0.0; N]; N];
         for (i, row) in cross.iter_mut().enumerate() {
-            for (factor, ahead) in next[i].iter().zip(self.own.chunks_exact(N)) {
+            let (next, weights) = self.factor.row(epoch, i);
+            for (factor, ahead) in next.iter().zip(self.own.chunks_exact(N)) {
                 add(row, -factor, ahead);
             }
-            let weights = &weights[i * self.factor.width..][..width];
             for (j, entry) in row.iter_mut().enumerate() {
-                *entry -= dot(weights, &self.border[j * width..(j + 1) * width]);
+                *entry -= dot(&self.border[j * width..(j + 1) * width], weights);
             }
         }
-        backward(lower, cross.as_flattened_mut(), N);
+        backward(upper, cross.as_flattened_mut(), N);
         cross
+    }
+
+    /// `Q_kx`.
+    fn stepped_border<const N: usize>(&self, upper: &Square<N>, epoch: usize) -> Vec<f64> {
+        let width = self.free.len();
+        let mut border = vec![0.0; N * width];
+        for (i, row) in border.chunks_exact_mut(width.max(1)).enumerate() {
+            let (next, weights) = self.factor.row(epoch, i);
+            for (factor, ahead) in next.iter().zip(self.border.chunks_exact(width)) {
+                add(row, -factor, ahead);
+            }
+            for (factor, cofactors) in weights.iter().zip(self.parameters.column_iter()) {
+                add(row, -factor, cofactors.as_slice());
+            }
+        }
+        backward(upper, &mut border, width);
+        border
     }
 
     /// Sums cofactors of states to those of visible quantities.
@@ -190,32 +189,28 @@ fn add(out: &mut [f64], factor: f64, row: &[f64]) {
     out.iter_mut().zip(row).for_each(|(o, r)| *o += factor * r);
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// `X <- L^-T X` for N rows of any width; the diagonal of `lower` is inverted.
-fn backward<const N: usize>(lower: &[[f64; N]; N], x: &mut [f64], width: usize) {
-    for i in (0..N).rev() {
-        let (before, rest) = x.split_at_mut(i * width);
-        let row = &mut rest[..width];
-        row.iter_mut().for_each(|a| *a *= lower[i][i]);
-        for (factor, other) in lower[i].iter().zip(before.chunks_exact_mut(width.max(1))) {
-            add(other, -factor, row);
+/// `X <- L^-T X` for N rows of any width; the diagonal of `upper`, which is `L^T`, is inverted.
+fn backward<const N: usize>(upper: &Square<N>, x: &mut [f64], width: usize) {
+    for (i, factors) in upper.iter().enumerate().rev() {
+        let (before, done) = x.split_at_mut((i + 1) * width);
+        let row = &mut before[i * width..];
+        for (factor, other) in factors[i + 1..].iter().zip(done.chunks_exact(width.max(1))) {
+            add(row, -factor, other);
         }
+        row.iter_mut().for_each(|a| *a *= factors[i]);
     }
 }
 
 /// `L^-1`.
-fn inverse<const N: usize>(lower: &[[f64; N]; N]) -> [[f64; N]; N] {
+fn inverse<const N: usize>(upper: &Square<N>) -> Square<N> {
     let mut inverse = [[0.0; N]; N];
     for i in 0..N {
         let (done, rest) = inverse.split_at_mut(i);
         rest[0][i] = 1.0;
-        for (factor, other) in lower[i].iter().zip(done.iter()) {
-            add(&mut rest[0], -factor, other);
+        for (row, other) in upper.iter().zip(done.iter()) {
+            add(&mut rest[0], -row[i], other);
         }
-        rest[0].iter_mut().for_each(|a| *a *= lower[i][i]);
+        rest[0].iter_mut().for_each(|a| *a *= upper[i][i]);
     }
     inverse
 }

@@ -2,15 +2,17 @@
 
 use nalgebra::DMatrix;
 
-use super::accumulate::{Pass, Tally, Weighting};
 use super::chain::ChainState;
 use super::curvature::{LARGEST_BEND, REACH, curvature};
-use super::elimination::Factor;
 use super::error::AdjustError;
+use super::factor::Factor;
 use super::kernel::Kernel;
-use super::linearise::{Linearisation, check_intervals, linearise};
+use super::linearise::{Linearisation, linearise};
+use super::mestimate::with_robust_covariance;
+use super::options::{Bending, IterationRecord, Options, Status};
+use super::partition::check_intervals;
+use super::pass::{Pass, Weighting};
 use super::problem::{Estimate, Problem};
-use super::reliability::survey;
 
 /// Damping above which a step is smaller than rounding.
 const LARGEST_DAMPING: f64 = 1e32;
@@ -19,88 +21,6 @@ const ROUNDING: f64 = 1e-14;
 
 /// Part of the damping's scale that is kept from step to step.
 const METRIC_MEMORY: f64 = 0.5;
-
-/// When steps are bent along the second order of the conditions (geodesic acceleration), at the cost of one more evaluation.
-/// Problems with a chain do without.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Bending {
-    /// After a step that the linear model foresaw badly.
-    #[default]
-    WhenRough,
-    /// Always: for starts far away and strongly curved models.
-    Always,
-}
-
-/// How to solve.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Options {
-    /// Iterations (accepted or not) before giving up.
-    pub max_iterations: usize,
-    /// Robust kernel of the conditions; priors and states are never robustified.
-    pub kernel: Kernel,
-    /// Converged when no parameter and no state moves by more than this many of its own standard deviations.
-    pub step_tolerance_sigmas: f64,
-    /// Measure steps in a posteriori standard deviations (scaled by the variance factor): for data of unknown noise.
-    pub unknown_noise: bool,
-    /// First damping, relative to the diagonal of the normal matrix of the parameters.
-    pub initial_damping: f64,
-    /// When steps are bent.
-    pub bending: Bending,
-    /// Correct the cofactors of a robust estimate for its kernel, which costs one more pass and a selected inverse; for a solve
-    /// whose cofactors only measure steps.
-    pub robust_covariance: bool,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Options {
-            max_iterations: 50,
-            kernel: Kernel::LeastSquares,
-            step_tolerance_sigmas: 1e-3,
-            unknown_noise: false,
-            initial_damping: 1e-4,
-            bending: Bending::WhenRough,
-            robust_covariance: true,
-        }
-    }
-}
-
-/// How a solve ended.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Status {
-    /// Parameters and states stand still within tolerance.
-    Converged,
-    /// No step lowers the cost any more, yet the proposed steps exceed the tolerance.
-    Stalled,
-    /// The data leave directions of the parameter space undetermined; the estimate is not unique.
-    RankDeficient {
-        /// Unit vectors over all columns, each column scaled to unit information.
-        directions: Vec<Vec<f64>>,
-    },
-    /// The iterations were used up.
-    OutOfIterations,
-}
-
-impl Status {
-    /// Whether the estimate may be used.
-    pub fn was_successful(&self) -> bool {
-        *self == Status::Converged
-    }
-}
-
-/// One iteration, for the convergence log.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct IterationRecord {
-    /// Cost at the trial point: half the weighted (or robust) sum of squares, priors and states included. Infinite where the
-    /// conditions could not be evaluated.
-    pub cost: f64,
-    /// Damping used.
-    pub damping: f64,
-    /// Largest undamped step of a parameter, or step of a state, in its own standard deviation.
-    pub step_sigmas: f64,
-    /// Whether the step was taken.
-    pub accepted: bool,
-}
 
 /// A solved problem.
 #[derive(Debug)]
@@ -467,38 +387,8 @@ impl<'a> Iteration<'a> {
     }
 }
 
-/// Replaces the cofactors of a robust estimate by those of an M-estimator: every condition carries the same part of its
-/// information, [`efficiency`], whatever its residual (Huber & Ronchetti 2009, eq. 7.80 ff.); priors and states carry all of theirs.
-fn with_robust_covariance(
-    problem: &Problem,
-    mut solution: Solution,
-) -> Result<Solution, AdjustError> {
-    let redundancy = survey(problem, &solution, 0)?
-        .groups
-        .iter()
-        .map(|group| group.redundancy)
-        .sum();
-    solution.weighting = Weighting::Uniform(efficiency(&solution.linearisation.tally, redundancy));
-    let recycled = solution.linearisation.factor.take();
-    solution.linearisation = linearise(problem, &solution.estimate, solution.weighting, recycled)?;
-    solution.cofactor = spread_cofactor(&solution.estimate, &solution.linearisation);
-    Ok(solution)
-}
-
-/// Part of a condition's information that survives a kernel: `mean(psi')^2 / (K^2 sum(psi^2) / redundancy)` with Huber's
-/// correction `K = 1 + (1 - redundancy / n) var(psi') / mean(psi')^2`; at most one, so that a priori variances that are too
-/// large are not turned into confidence.
-fn efficiency(tally: &Tally, redundancy: f64) -> f64 {
-    let n = tally.conditions as f64;
-    let slope = tally.slope / n;
-    let spread = tally.slope_square / n - slope * slope;
-    let correction = 1.0 + (1.0 - redundancy / n) * spread / (slope * slope);
-    let influence = tally.influence_square / redundancy;
-    (slope * slope / (correction * correction * influence)).clamp(f64::MIN_POSITIVE, 1.0)
-}
-
 /// Cofactors over all columns, zero for held ones.
-fn spread_cofactor(at: &Estimate, linearisation: &Linearisation) -> DMatrix<f64> {
+pub(super) fn spread_cofactor(at: &Estimate, linearisation: &Linearisation) -> DMatrix<f64> {
     let (all, free) = (at.parameters.columns(), at.parameters.free_columns());
     let inner = linearisation.spectrum.cofactor();
     let mut cofactor = DMatrix::zeros(all, all);
@@ -526,78 +416,4 @@ fn check_size(problem: &Problem, start: &Estimate) -> Result<(), AdjustError> {
         });
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::toys::{GLOBALS, Toy};
-    use super::super::*;
-    use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-    /// Squared error in the metric of the reported covariance: chi-square with four degrees of freedom if that is true.
-    fn distance(toy: &Toy, options: &Options) -> f64 {
-        let first = Options {
-            kernel: Kernel::Huber { k: 1.345 },
-            ..Options::default()
-        };
-        let start = solve(&toy.problem(), Estimate::new(toy.parameters()), &first)
-            .unwrap()
-            .estimate;
-        let solution = solve(&toy.problem(), start, options).unwrap();
-        assert!(solution.status.was_successful(), "{:?}", solution.status);
-        let value = &solution.estimate.parameters.blocks()[0].value;
-        let error = nalgebra::DVector::from_fn(GLOBALS, |i, _| value[i] - toy.truth[i]);
-        let inverse = solution.cofactor.try_inverse().unwrap();
-        (error.transpose() * inverse * error)[0]
-    }
-
-    fn interval(seeds: u64) -> (f64, f64) {
-        let chi = ChiSquared::new((GLOBALS as u64 * seeds) as f64).unwrap();
-        (chi.inverse_cdf(0.0005), chi.inverse_cdf(0.9995))
-    }
-
-    /// Seeds 1 to 200, without selection.
-    #[test]
-    fn errors_are_as_large_as_reported() {
-        let sum: f64 = (1..=200)
-            .map(|seed| distance(&Toy::new(seed, 40, 6), &Options::default()))
-            .sum();
-        let (low, high) = interval(200);
-        assert!(low < sum && sum < high, "{low} < {sum} < {high}");
-    }
-
-    fn polluted(seed: u64) -> Toy {
-        let mut toy = Toy::new(seed, 40, 20);
-        for (k, row) in toy.rows.iter_mut().enumerate().filter(|(k, _)| k % 10 == 3) {
-            row.observed += row.variance.sqrt() * 30.0 * (k as f64 * 1.7).sin();
-        }
-        toy
-    }
-
-    /// 10 % gross errors up to 30 sigma: the covariance under every kernel stays true within the scatter of 320 squared pulls (8 %), while least
-    /// squares is wrong by far.
-    #[test]
-    fn covariance_is_true_under_a_kernel() {
-        let mean = |kernel| {
-            let options = Options {
-                kernel,
-                max_iterations: 200,
-                ..Options::default()
-            };
-            (1..=200)
-                .map(|seed| distance(&polluted(seed), &options))
-                .sum::<f64>()
-                / (80.0 * GLOBALS as f64)
-        };
-        for kernel in [
-            Kernel::Huber { k: 1.345 },
-            Kernel::Cauchy { k: 2.385 },
-            Kernel::Tukey { k: 4.685 },
-        ] {
-            let mean = mean(kernel);
-            println!("{kernel:?}: mean squared pull {mean:.3}");
-            assert!((0.75..1.3).contains(&mean), "{kernel:?}: {mean}");
-        }
-        assert!(mean(Kernel::LeastSquares) > 2.0);
-    }
 }

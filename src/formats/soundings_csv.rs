@@ -145,7 +145,7 @@ fn check_angle_unit<R: Read>(
         .map(<[u32]>::len)
         .max()
         .unwrap_or(0);
-    if widest > 1.6 || widest < 0.05 || beams < MANY_BEAMS {
+    if !(0.05..=1.6).contains(&widest) || beams < MANY_BEAMS {
         return Ok(());
     }
     let found =

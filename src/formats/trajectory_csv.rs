@@ -142,13 +142,13 @@ fn check_heading_unit<R: Read>(
         return Ok(());
     }
     let (mut moving, mut follow) = (0_usize, 0_usize);
-    for k in 1..records.len() {
+    for (k, heading) in in_file.iter().enumerate().skip(1) {
         let Some(course_rad) = course(records, k) else {
             continue;
         };
         moving += 1;
         let as_degrees = (course_rad - records.heading_rad[k]).sin().abs();
-        let as_radians = (course_rad - in_file[k]).cos();
+        let as_radians = (course_rad - heading).cos();
         follow += usize::from(as_degrees > 0.5 && as_radians > 0.9);
     }
     if moving < 10 || follow * 10 < moving * 9 {

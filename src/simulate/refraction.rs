@@ -29,30 +29,36 @@ pub(super) fn trace(
 ) -> Option<Path> {
     let mut ray = *start;
     let mut time_s = 0.0;
-    for _ in 0..(limit_m / STEP_M) as usize {
-        let turn = |at: &Vector3<f64>, direction: &Vector3<f64>| {
-            let (speed, per_metre) = speed_and_gradient(water, level_m - at.z);
-            let gradient = Vector3::new(0.0, 0.0, -per_metre);
-            (
-                speed,
-                (direction * gradient.dot(direction) - gradient) / speed,
-            )
-        };
+    let turn = |at: &Vector3<f64>, direction: &Vector3<f64>| {
+        let (speed, per_metre) = speed_and_gradient(water, level_m - at.z);
+        let gradient = Vector3::new(0.0, 0.0, -per_metre);
+        (
+            speed,
+            (direction * gradient.dot(direction) - gradient) / speed,
+        )
+    };
+    // speed, bend and the direction of the chord of the next `step_m`
+    let middle = |ray: &Ray, step_m: f64| {
         let (_, bend) = turn(&ray.origin_m, &ray.direction);
-        let half = (ray.direction + bend * (0.5 * STEP_M)).normalize();
-        let (speed, bend) = turn(&(ray.origin_m + half * (0.5 * STEP_M)), &half);
+        let half = (ray.direction + bend * (0.5 * step_m)).normalize();
+        let (speed, bend) = turn(&(ray.origin_m + half * (0.5 * step_m)), &half);
         let chord = Ray {
             origin_m: ray.origin_m,
             direction: half,
         };
+        (speed, bend, chord)
+    };
+    for _ in 0..(limit_m / STEP_M) as usize {
+        let (speed, bend, chord) = middle(&ray, STEP_M);
         if let Some(hit) = cast(&chord).filter(|hit| hit.range_m <= STEP_M) {
-            let (speed, _) = turn(&(ray.origin_m + half * (0.5 * hit.range_m)), &half);
+            let (speed, _, shorter) = middle(&ray, hit.range_m);
+            let hit = cast(&shorter).unwrap_or(hit);
             return Some(Path {
                 time_s: time_s + hit.range_m / speed,
                 cosine: hit.cosine,
             });
         }
-        ray.origin_m += half * STEP_M;
+        ray.origin_m += chord.direction * STEP_M;
         ray.direction = (ray.direction + bend * STEP_M).normalize();
         time_s += STEP_M / speed;
         if ray.origin_m.z >= level_m {

@@ -242,8 +242,15 @@ fn known_keys(name: &str, keys: &[Key]) -> String {
 
 /// The candidate that is most like `word`.
 fn nearest<'w>(word: &str, candidates: impl Iterator<Item = &'w str>) -> Option<&'w str> {
-    candidates.max_by(|a, b| {
-        let like = |c: &str| strsim::jaro_winkler(word, c);
-        like(a).total_cmp(&like(b))
-    })
+    candidates.max_by(|a, b| likeness(word, a).total_cmp(&likeness(word, b)))
+}
+
+/// Two measures of likeness, and a bonus for the same first letter and for a part of the whole word.
+fn likeness(word: &str, candidate: &str) -> f64 {
+    let first = word.chars().next() == candidate.chars().next();
+    let part = candidate.contains(word) || word.contains(candidate);
+    strsim::jaro_winkler(word, candidate)
+        + strsim::normalized_damerau_levenshtein(word, candidate)
+        + 0.2 * f64::from(u8::from(first))
+        + 0.4 * f64::from(u8::from(part))
 }

@@ -137,7 +137,7 @@ impl Default for JointConfig {
             planes: Planes::Adjusted,
             drift: Drift::On,
             kernel: KernelName::Huber,
-            kernel_width_sigma: 3.0,
+            kernel_width_sigma: 2.0,
             gate_sigma: 5.0,
             latency: false,
             range_scale: false,

@@ -8,7 +8,7 @@ use super::conditions::{
 use super::config::{Drift, JointConfig, KernelName, Planes};
 use super::planes::{self, GroupPlanes};
 use super::scene::Scene;
-use super::ties::{TieSet, TrajectoryVariance, tie_soundings};
+use super::ties::{Association, Corrected, TieSet, TrajectoryVariance, tie_returns, tie_soundings};
 use crate::adjust::{
     AdjustError, Block, BlockId, ChainModel, Component, Estimate, Kernel, Limits, Observability,
     Options, ParameterSet, Problem, Process, ProcessKind, Quality, QualityOptions, Solution,
@@ -78,6 +78,8 @@ pub struct JointOutcome {
     pub blocks: Blocks,
     /// Soundings used.
     pub soundings: TieSet,
+    /// Returns used.
+    pub returns: TieSet,
     /// Every outer iteration.
     pub rounds: Vec<Round>,
     /// Whether the assignment became stable.
@@ -236,7 +238,7 @@ pub struct JointStart<'a> {
 pub fn run(
     scene: &Scene,
     start: &JointStart,
-    patches: &mut Patches,
+    surfaces: &mut Surfaces,
     config: &JointConfig,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<JointOutcome, AdjustError> {
@@ -251,13 +253,13 @@ pub fn run(
         blocks: &blocks,
     };
     let mut estimate = Estimate::new(parameters);
-    let mut ties = associate(scene, start, patches, config, &blocks, &estimate);
+    let mut ties = frame.associate(surfaces, &estimate);
     let mut rounds: Vec<Round> = vec![];
     loop {
         progress(&format!(
             "joint path: round {}, {} soundings tied",
             rounds.len() + 1,
-            ties.ties.len()
+            ties.soundings.ties.len()
         ));
         let before = blocks.mounting.at(&estimate.parameters);
         let solution = frame.with_problem(&ties, &estimate.parameters.clone(), |problem| {
@@ -272,16 +274,17 @@ pub fn run(
             &before,
             &covariance,
         );
-        move_patches(scene, patches, &blocks, &solution.estimate.parameters);
-        let again = associate(scene, start, patches, config, &blocks, &solution.estimate);
-        let reassigned = again.changed_from(&ties);
+        surfaces.moved(scene, &blocks, &solution.estimate.parameters);
+        let again = frame.associate(surfaces, &solution.estimate);
+        let reassigned = again.soundings.changed_from(&ties.soundings);
+        let all = reassigned + again.returns.changed_from(&ties.returns);
         rounds.push(Round {
             inner: solution.iterations.len(),
             cost: solution.cost,
             largest_step_in_sigma: step,
             reassigned,
         });
-        let stable = reassigned <= ties.ties.len() / STABLE_SHARE
+        let stable = all <= (ties.soundings.ties.len() + ties.returns.ties.len()) / STABLE_SHARE
             || (step < STABLE_SIGMAS && rounds.len() > 1);
         if stable || rounds.len() >= MOST_ROUNDS {
             progress("joint path: data snooping and quality");
@@ -305,7 +308,7 @@ impl Frame<'_> {
     fn outcome(
         &self,
         solution: Solution,
-        soundings: TieSet,
+        ties: Ties,
         rounds: Vec<Round>,
         stable: bool,
         judgement: Option<Judgement>,
@@ -315,7 +318,8 @@ impl Frame<'_> {
             covariance: six_covariance(&solution, self.blocks),
             solution,
             blocks: self.blocks.clone(),
-            soundings,
+            soundings: ties.soundings,
+            returns: ties.returns,
             rounds,
             stable,
             judgement,
@@ -326,7 +330,7 @@ impl Frame<'_> {
     fn judged(
         &self,
         solution: Solution,
-        mut ties: TieSet,
+        mut ties: Ties,
         rounds: Vec<Round>,
         stable: bool,
     ) -> Result<JointOutcome, AdjustError> {
@@ -345,8 +349,8 @@ impl Frame<'_> {
             )
         })?;
         let row = |set: usize, k: usize| match set {
-            0 => (SOUNDINGS, ties.ties[k].row),
-            _ => (RETURNS, self.start.returns.ties[k].row),
+            0 => (SOUNDINGS, ties.soundings.ties[k].row),
+            _ => (RETURNS, ties.returns.ties[k].row),
         };
         let judgement = Judgement {
             worst_rows: snooped
@@ -359,19 +363,15 @@ impl Frame<'_> {
             snooped: snooped.removed.len(),
             quality: snooped.quality,
         };
-        let removed = snooped.removed.iter().filter(|(set, _)| *set == 0).count();
-        let mut keep = snooped.ignored[0].iter().map(|off| !off);
-        ties.ties.retain(|_| keep.next().unwrap_or(true));
-        if removed > 0 {
-            ties.rejected.insert("gross error", removed as u64);
-        }
+        drop_snooped(&mut ties.soundings, snooped.ignored.first());
+        drop_snooped(&mut ties.returns, snooped.ignored.get(1));
         Ok(self.outcome(snooped.solution, ties, rounds, stable, Some(judgement)))
     }
 
     /// Builds the problem of these ties and hands it to `then`.
     fn with_problem<T>(
         &self,
-        ties: &TieSet,
+        ties: &Ties,
         parameters: &ParameterSet,
         then: impl FnOnce(&Problem) -> T,
     ) -> T {
@@ -386,7 +386,7 @@ impl Frame<'_> {
         };
         let soundings = SoundingConditions {
             scene: self.scene,
-            ties: &ties.ties,
+            ties: &ties.soundings.ties,
             planes: &self.blocks.faces,
             mounting: self.blocks.mounting,
             latency: self.blocks.latency,
@@ -400,7 +400,7 @@ impl Frame<'_> {
         };
         let returns = ReturnConditions {
             scene: self.scene,
-            ties: &self.start.returns.ties,
+            ties: &ties.returns.ties,
             planes: &self.blocks.faces,
             scanner: self.blocks.scanner,
             trajectory,
@@ -439,7 +439,15 @@ pub fn predict(
         blocks: &blocks,
     };
     let estimate = Estimate::new(parameters);
-    let ties = associate(scene, start, patches, config, &blocks, &estimate);
+    let wide = Association {
+        gate_sigmas: config.gate_sigma,
+        corrected: None,
+    };
+    let soundings = frame.associate_soundings(patches, &estimate, &wide);
+    let ties = Ties {
+        soundings,
+        returns: frame.known(start.returns.clone()),
+    };
     let once = Options {
         max_iterations: 1,
         ..options(config)
@@ -447,7 +455,10 @@ pub fn predict(
     let solution = frame.with_problem(&ties, &estimate.parameters.clone(), |problem| {
         solve(problem, estimate, &once)
     })?;
-    Ok((six_covariance(&solution, &blocks), ties.ties.len()))
+    Ok((
+        six_covariance(&solution, &blocks),
+        ties.soundings.ties.len(),
+    ))
 }
 
 /// Options of the adjustments before the last: their cofactors only measure steps.
@@ -675,51 +686,118 @@ fn push_planes(
     Ok(faces)
 }
 
-/// Ties the candidates under the current estimate; only faces whose plane is known.
-fn associate(
-    scene: &Scene,
-    start: &JointStart,
-    patches: &Patches,
-    config: &JointConfig,
-    blocks: &Blocks,
-    estimate: &Estimate,
-) -> TieSet {
-    let x = &estimate.parameters;
-    let value = |id: Option<BlockId>| id.map_or(0.0, |id| x.euclidean(id)[0]);
-    let mounting = blocks.mounting.at(x);
-    let (latency_s, scale) = (value(blocks.latency), value(blocks.range_scale));
-    let mut set = tie_soundings(
-        scene,
-        patches,
-        start.candidates,
-        &mounting,
-        latency_s,
-        scale,
-        config.gate_sigma,
-    );
-    let before = set.ties.len();
-    set.ties.retain(|t| blocks.faces[t.face as usize].is_some());
-    let lost = (before - set.ties.len()) as u64;
-    if lost > 0 {
-        set.rejected
-            .insert("on a plane that the scanner did not see", lost);
-    }
-    set
+/// Ties of both sensors.
+#[derive(Clone, Debug)]
+struct Ties {
+    soundings: TieSet,
+    returns: TieSet,
 }
 
-/// Moves the patches onto the adjusted planes.
-fn move_patches(scene: &Scene, patches: &mut Patches, blocks: &Blocks, x: &ParameterSet) {
-    let planes: Vec<Option<Plane>> = (0..scene.target.groups.len())
-        .map(|group| {
-            let face = scene.target.faces.iter().position(|f| f.group == group)?;
-            let plane = blocks.faces[face].as_ref()?;
-            Some(Plane {
-                normal: x.normal(plane.normal),
-                offset_m: x.euclidean(plane.distance)[0],
+/// The faces as each sensor sees them, on their planes as currently known.
+#[derive(Debug)]
+pub struct Surfaces {
+    /// Above the water.
+    pub laser: Patches,
+    /// Below it.
+    pub sonar: Patches,
+}
+
+impl Surfaces {
+    /// Moves the faces onto the adjusted planes.
+    fn moved(&mut self, scene: &Scene, blocks: &Blocks, x: &ParameterSet) {
+        let planes: Vec<Option<Plane>> = (0..scene.target.groups.len())
+            .map(|group| {
+                let face = scene.target.faces.iter().position(|f| f.group == group)?;
+                let plane = blocks.faces[face].as_ref()?;
+                Some(Plane {
+                    normal: x.normal(plane.normal),
+                    offset_m: x.euclidean(plane.distance)[0],
+                })
             })
-        })
-        .collect();
-    planes::apply(patches, scene, &planes);
+            .collect();
+        planes::apply(&mut self.laser, scene, &planes);
+        planes::apply(&mut self.sonar, scene, &planes);
+    }
+}
+
+impl Frame<'_> {
+    /// Ties both sensors under the current estimate. Before the first adjustment the returns keep their ties and the gate allows
+    /// for the trajectory's errors; afterwards poses are corrected by the estimated errors and the gate is as narrow as the
+    /// instruments' own noise.
+    fn associate(&self, surfaces: &Surfaces, estimate: &Estimate) -> Ties {
+        let corrected = estimate.chain.as_ref().map(|chain| Corrected {
+            epochs: &self.epochs.of_record,
+            chain,
+        });
+        let association = Association {
+            gate_sigmas: self.config.gate_sigma,
+            corrected,
+        };
+        let soundings = self.associate_soundings(&surfaces.sonar, estimate, &association);
+        let returns = match corrected {
+            Some(_)
+                if self.config.planes == Planes::Adjusted && self.scene.laser_uses_trajectory() =>
+            {
+                tie_returns(
+                    self.scene,
+                    &surfaces.laser,
+                    Some(self.start.returns),
+                    &association,
+                )
+            }
+            _ => self.start.returns.clone(),
+        };
+        Ties {
+            soundings,
+            returns: self.known(returns),
+        }
+    }
+
+    fn associate_soundings(
+        &self,
+        patches: &Patches,
+        estimate: &Estimate,
+        association: &Association,
+    ) -> TieSet {
+        let x = &estimate.parameters;
+        let value = |id: Option<BlockId>| id.map_or(0.0, |id| x.euclidean(id)[0]);
+        let mounting = self.blocks.mounting.at(x);
+        let (latency_s, scale) = (value(self.blocks.latency), value(self.blocks.range_scale));
+        self.known(tie_soundings(
+            self.scene,
+            patches,
+            self.start.candidates,
+            &mounting,
+            latency_s,
+            scale,
+            association,
+        ))
+    }
+
+    /// Only ties on faces whose plane the scanner saw.
+    fn known(&self, mut set: TieSet) -> TieSet {
+        let before = set.ties.len();
+        set.ties
+            .retain(|t| self.blocks.faces[t.face as usize].is_some());
+        let lost = (before - set.ties.len()) as u64;
+        if lost > 0 {
+            set.rejected
+                .insert("on a plane that the scanner did not see", lost);
+        }
+        set
+    }
+}
+
+/// Removes ties that data snooping switched off, and counts them.
+fn drop_snooped(set: &mut TieSet, ignored: Option<&Vec<bool>>) {
+    let Some(ignored) = ignored else { return };
+    let before = set.ties.len();
+    let mut keep = ignored.iter().map(|off| !off);
+    set.ties.retain(|_| keep.next().unwrap_or(true));
+    let removed = (before - set.ties.len()) as u64;
+    if removed > 0 {
+        set.rejected.insert("gross error", removed);
+    }
 }
 
 /// Covariance of the six parameters; zero rows for those held.

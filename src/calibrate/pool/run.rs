@@ -4,14 +4,14 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::config::{Drift, JointConfig, Planes, SequentialConfig};
-use super::joint::{self, JointOutcome, JointStart};
+use super::joint::{self, JointOutcome, JointStart, Surfaces};
 use super::planes::{self, GroupPlanes};
 use super::scene::{RoughMounting, Scene};
 use super::sequential::{
     self, FaceSoundings, HorizontalReturns, HorizontalSoundings, RoleSoundings, ScannerPlanes,
     SequentialError,
 };
-use super::ties::{self, Tie, TieSet};
+use super::ties::{self, Association, Tie, TieSet};
 use super::verdict::Refusal;
 use crate::adjust::AdjustError;
 use crate::geometry::ellipsoid::TargetPose;
@@ -89,6 +89,14 @@ const WIDE: f64 = 4.0;
 /// Soundings within this of the target under the rough mounting stay candidates, metres.
 const CANDIDATE_M: f64 = 0.5;
 
+/// An association before anything is known of the trajectory's errors.
+fn before(gate_sigmas: f64) -> Association<'static> {
+    Association {
+        gate_sigmas,
+        corrected: None,
+    }
+}
+
 /// Calibrates. `progress` is told what is being done.
 ///
 /// # Errors
@@ -107,11 +115,11 @@ pub fn calibrate<'a>(
         &scene.origins(&input.campaign.scanner),
     );
     progress("extracting the scanner's planes");
-    let wide = ties::tie_returns(&scene, &laser, WIDE * input.joint.gate_sigma);
+    let wide = ties::tie_returns(&scene, &laser, None, &before(WIDE * input.joint.gate_sigma));
     let planes = planes::extract(&scene, &wide, input.seed);
     let fitted: Vec<Option<Plane>> = planes.iter().map(|p| p.map(|p| p.fit.plane)).collect();
     planes::apply(&mut laser, &scene, &fitted);
-    let returns = ties::tie_returns(&scene, &laser, input.joint.gate_sigma);
+    let returns = ties::tie_returns(&scene, &laser, None, &before(input.joint.gate_sigma));
     let mut outcome = PoolOutcome {
         scene,
         planes,
@@ -133,27 +141,24 @@ pub fn calibrate<'a>(
     if outcome.refusal.is_some() {
         return Ok(outcome);
     }
-    let mut patches = Patches::new(
-        input.target,
-        Water::Below,
-        level_m,
-        &outcome.scene.origins(&rough.mounting),
-    );
-    planes::apply(&mut patches, &outcome.scene, &fitted);
+    let origins = outcome.scene.origins(&rough.mounting);
+    let mut sonar = Patches::new(input.target, Water::Below, level_m, &origins);
+    planes::apply(&mut sonar, &outcome.scene, &fitted);
+    let mut surfaces = Surfaces { laser, sonar };
     let candidates = outcome
         .scene
-        .soundings_near(&patches, &rough.mounting, CANDIDATE_M);
+        .soundings_near(&surfaces.sonar, &rough.mounting, CANDIDATE_M);
     if input.method != Method::Joint {
         progress("reference path: angles, then offsets");
-        let gate = input.joint.gate_sigma;
+        let gate = before(input.joint.gate_sigma);
         let ties = ties::tie_soundings(
             &outcome.scene,
-            &patches,
+            &surfaces.sonar,
             &candidates,
             &rough.mounting,
             0.0,
             0.0,
-            gate,
+            &gate,
         );
         outcome.sequential = Some(run_sequential(&outcome, &ties, input.sequential));
     }
@@ -161,7 +166,7 @@ pub fn calibrate<'a>(
         run_joint(
             input,
             &mut outcome,
-            &mut patches,
+            &mut surfaces,
             &rough,
             &candidates,
             progress,
@@ -174,7 +179,7 @@ pub fn calibrate<'a>(
 fn run_joint(
     input: &PoolInput,
     outcome: &mut PoolOutcome,
-    patches: &mut Patches,
+    surfaces: &mut Surfaces,
     rough: &RoughMounting,
     candidates: &[u32],
     progress: &(dyn Fn(&str) + Sync),
@@ -189,7 +194,7 @@ fn run_joint(
     outcome.joint = Some(joint::run(
         &outcome.scene,
         &start,
-        patches,
+        surfaces,
         input.joint,
         progress,
     )?);
@@ -203,7 +208,7 @@ fn run_joint(
         outcome.simple = Some(joint::run(
             &outcome.scene,
             &start,
-            patches,
+            surfaces,
             &simple,
             progress,
         )?);

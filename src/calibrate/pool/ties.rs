@@ -6,9 +6,11 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::scene::Scene;
+use crate::adjust::ChainState;
+use crate::geometry::rotation::exp;
 use crate::georef::along_normal;
 use crate::matching::{Gate, Patches, Verdict};
-use crate::observe::{LaserNoise, Mounting, SonarNoise, TrajectoryNoise};
+use crate::observe::{LaserNoise, Mounting, PoseSample, SonarNoise, TrajectoryNoise};
 
 /// Rows per parallel task.
 const CHUNK: usize = 16_384;
@@ -86,6 +88,61 @@ impl TrajectoryVariance {
     }
 }
 
+/// The body's poses corrected by estimated trajectory errors.
+#[derive(Clone, Copy, Debug)]
+pub struct Corrected<'a> {
+    /// Epoch of each record of the trajectory.
+    pub epochs: &'a [u32],
+    /// Estimated errors.
+    pub chain: &'a ChainState,
+}
+
+impl Corrected<'_> {
+    fn pose(&self, mut pose: PoseSample) -> PoseSample {
+        let Some(&interval) = self
+            .epochs
+            .get(pose.record as usize)
+            .filter(|e| **e != u32::MAX)
+        else {
+            return pose;
+        };
+        let y = self
+            .chain
+            .between(interval, pose.weight_before, 1.0 - pose.weight_before);
+        pose.position_m += Vector3::new(y[0], y[1], y[2]);
+        pose.rotation = exp(&Vector3::new(y[3], y[4], y[5])) * pose.rotation;
+        pose
+    }
+}
+
+/// What an association knows of the trajectory's errors: their estimate, or their a-priori variance.
+#[derive(Clone, Copy, Debug)]
+pub struct Association<'a> {
+    /// Gate in sigmas.
+    pub gate_sigmas: f64,
+    /// Estimated errors; `None` before the first adjustment.
+    pub corrected: Option<Corrected<'a>>,
+}
+
+impl Association<'_> {
+    fn pose(&self, pose: PoseSample) -> PoseSample {
+        self.corrected.map_or(pose, |c| c.pose(pose))
+    }
+
+    /// Variance of the trajectory that the gate must allow for.
+    fn variance(&self, noise: &TrajectoryNoise) -> TrajectoryVariance {
+        if self.corrected.is_some() {
+            TrajectoryVariance {
+                position_m2: 0.0,
+                level_rad2: 0.0,
+                heading_rad2: 0.0,
+            }
+        } else {
+            TrajectoryVariance::new(noise, true)
+        }
+    }
+}
+
 /// Variance of a laser return along a direction in the scanner frame (unit), square metres: range along the ray, angle in the
 /// scanner's plane x-z.
 #[must_use]
@@ -117,13 +174,24 @@ pub fn sounding_variance(noise: &SonarNoise, gain: &Vector3<f64>) -> f64 {
         + (gain.z * noise.along_rad).powi(2)
 }
 
-/// Ties every laser return.
+/// Ties laser returns: all of them, or those of an earlier association.
 #[must_use]
-pub fn tie_returns(scene: &Scene, patches: &Patches, gate_sigmas: f64) -> TieSet {
+pub fn tie_returns(
+    scene: &Scene,
+    patches: &Patches,
+    among: Option<&TieSet>,
+    association: &Association,
+) -> TieSet {
     let campaign = scene.campaign;
-    let trajectory = TrajectoryVariance::new(&campaign.trajectory.noise, true);
+    let gate_sigmas = association.gate_sigmas;
+    let spread_m = TrajectoryVariance::new(&campaign.trajectory.noise, true)
+        .position_m2
+        .sqrt();
+    let trajectory = association.variance(&campaign.trajectory.noise);
     let noise = &campaign.laser.noise;
-    collect(campaign.laser.len(), |j| {
+    let count = among.map_or(campaign.laser.len(), |a| a.ties.len());
+    let mut set = collect(count, |i| {
+        let j = among.map_or(i, |a| a.ties[i].row as usize);
         if let Some(point) = scene.laser_fixed_point(j) {
             let ray = scene.laser_point(j).map_or(Vector3::x(), |p| p.1);
             let gate = Gate {
@@ -138,13 +206,14 @@ pub fn tie_returns(scene: &Scene, patches: &Patches, gate_sigmas: f64) -> TieSet
         let Ok(pose) = scene.trajectory.pose_at(campaign.laser.time_s[j]) else {
             return (j as u32, None);
         };
+        let pose = association.pose(pose);
         let u = campaign.laser.point(j);
         let turned = campaign.scanner.rotation * u;
         let point = pose.position_m + pose.rotation * (turned + campaign.scanner.lever_arm_m);
         let spread = noise
             .range_m
             .hypot(noise.angle_rad * u.norm())
-            .hypot(trajectory.position_m2.sqrt());
+            .hypot(spread_m);
         let gate = Gate {
             sigmas: gate_sigmas,
             margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M),
@@ -155,7 +224,11 @@ pub fn tie_returns(scene: &Scene, patches: &Patches, gate_sigmas: f64) -> TieSet
                 .sqrt()
         });
         (j as u32, Some(verdict))
-    })
+    });
+    for (reason, n) in among.iter().flat_map(|a| &a.rejected) {
+        *set.rejected.entry(reason).or_default() += n;
+    }
+    set
 }
 
 /// Ties the soundings in `rows` under a mounting, latency (seconds) and range scale.
@@ -167,10 +240,14 @@ pub fn tie_soundings(
     mounting: &Mounting,
     latency_s: f64,
     range_scale: f64,
-    gate_sigmas: f64,
+    association: &Association,
 ) -> TieSet {
     let campaign = scene.campaign;
-    let trajectory = TrajectoryVariance::new(&campaign.trajectory.noise, true);
+    let gate_sigmas = association.gate_sigmas;
+    let spread_m = TrajectoryVariance::new(&campaign.trajectory.noise, true)
+        .position_m2
+        .sqrt();
+    let trajectory = association.variance(&campaign.trajectory.noise);
     let noise = &campaign.soundings.noise;
     let mut set = collect(rows.len(), |i| {
         let k = rows[i] as usize;
@@ -180,15 +257,13 @@ pub fn tie_soundings(
         let Some(mut beam) = scene.beam(k, &pose, mounting) else {
             return (rows[i], None);
         };
+        let pose = association.pose(pose);
         beam.range_m *= 1.0 + range_scale;
         let partials = beam.partials();
         let turned = mounting.rotation * partials.vector_m;
         let point = pose.position_m + pose.rotation * (turned + mounting.lever_arm_m);
         let swing = beam.range_m * noise.across_rad.hypot(noise.along_rad);
-        let spread = noise
-            .range_m
-            .hypot(swing)
-            .hypot(trajectory.position_m2.sqrt());
+        let spread = noise.range_m.hypot(swing).hypot(spread_m);
         let gate = Gate {
             sigmas: gate_sigmas,
             margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M),

@@ -1,0 +1,149 @@
+//! How long does it take to read a file of 100 000 rows into columns, apart from the disk?
+//!
+//! `cargo bench --bench read`. Items are rows; a million soundings a second on one core is the least that is wanted.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use boresight::formats::las::PointColumns;
+use boresight::formats::{las, laser_csv, sbet, soundings_csv, trajectory_csv};
+use divan::Bencher;
+use divan::counter::{BytesCount, ItemsCount};
+
+const ROWS: usize = 100_000;
+
+fn main() {
+    divan::main();
+}
+
+/// A cheap even spread over 0 to 1.
+fn spread(k: usize) -> f64 {
+    (k as f64 * 0.618_033_988_749_895).fract()
+}
+
+fn soundings() -> Vec<u8> {
+    let header = "time_s,ping,beam,across_angle_deg,along_angle_deg,range_m\n".to_owned();
+    let row = |k: usize| {
+        let (ping, beam) = (k / 256, k % 256);
+        let (time_s, across) = (
+            1000.0 + ping as f64 / 15.0,
+            -70.0 + beam as f64 * 140.0 / 255.0,
+        );
+        format!(
+            "{time_s:.6},{ping},{beam},{across:.5},0.0,{:.5}\n",
+            3.0 + spread(k)
+        )
+    };
+    (0..ROWS)
+        .map(row)
+        .fold(header, |text, row| text + &row)
+        .into_bytes()
+}
+
+fn trajectory() -> Vec<u8> {
+    let header =
+        "time_s,latitude_deg,longitude_deg,height_m,roll_deg,pitch_deg,heading_deg\n".to_owned();
+    let row = |k: usize| {
+        let (time_s, s) = (1000.0 + k as f64 * 0.01, spread(k));
+        let latitude = 36.0 + s * 1e-5;
+        format!(
+            "{time_s},{latitude:.12},120.123456789012,{:.6},{s:.8},{s:.8},{:.8}\n",
+            15.0 + s,
+            31.0 + s
+        )
+    };
+    (0..ROWS)
+        .map(row)
+        .fold(header, |text, row| text + &row)
+        .into_bytes()
+}
+
+fn sbet_records() -> Vec<u8> {
+    let record = |k: usize| sbet::raw::Record {
+        time_s: 1000.0 + k as f64 * 0.01,
+        latitude_rad: 0.6,
+        longitude_rad: 2.0,
+        wander_rad: 0.02,
+        ..sbet::raw::Record::default()
+    };
+    (0..ROWS).flat_map(|k| record(k).to_bytes()).collect()
+}
+
+/// A scanner's fan: time, x, z.
+fn fan() -> [Vec<f64>; 3] {
+    let angle = |k: usize| -0.5 + (k % 1000) as f64 * 1e-3;
+    let time_s = (0..ROWS).map(|k| 1000.0 + k as f64 * 1e-5).collect();
+    let x = (0..ROWS)
+        .map(|k| 5.0 * angle(k).cos() + 0.005 * spread(k))
+        .collect();
+    let z = (0..ROWS).map(|k| 5.0 * angle(k).sin()).collect();
+    [time_s, x, z]
+}
+
+fn points(compressed: bool) -> Vec<u8> {
+    let [time_s, x_m, z_m] = fan();
+    let y_m = vec![0.0; ROWS];
+    let columns = PointColumns {
+        time_s: &time_s,
+        x_m: &x_m,
+        y_m: &y_m,
+        z_m: &z_m,
+        point_source_id: &[],
+    };
+    las::write_to(&columns, compressed, None).unwrap_or_default()
+}
+
+fn laser() -> Vec<u8> {
+    let [time_s, x, z] = fan();
+    let row = |k: usize| format!("{},{:.5},0,{:.5}\n", time_s[k], x[k], z[k]);
+    (0..ROWS)
+        .map(row)
+        .fold("time_s,x_m,y_m,z_m\n".to_owned(), |text, row| text + &row)
+        .into_bytes()
+}
+
+/// Times a reader; a reader that fails, or finds another number of rows, ends the bench.
+fn measure(bencher: Bencher<'_, '_>, bytes: &[u8], read: impl Fn(&Path, &[u8]) -> usize + Sync) {
+    let file = Path::new("bench");
+    assert_eq!(read(file, bytes), ROWS);
+    bencher
+        .counter(ItemsCount::new(ROWS))
+        .counter(BytesCount::of_slice(bytes))
+        .bench(|| read(file, bytes));
+}
+
+#[divan::bench]
+fn soundings_from_csv(bencher: Bencher<'_, '_>) {
+    measure(bencher, &soundings(), |file, bytes| {
+        soundings_csv::read_from(file, bytes, bytes.len() as u64).map_or(0, |r| r.len())
+    });
+}
+
+#[divan::bench]
+fn trajectory_from_csv(bencher: Bencher<'_, '_>) {
+    measure(bencher, &trajectory(), |file, bytes| {
+        trajectory_csv::read_from(file, bytes, bytes.len() as u64).map_or(0, |r| r.len())
+    });
+}
+
+#[divan::bench]
+fn trajectory_from_sbet(bencher: Bencher<'_, '_>) {
+    measure(bencher, &sbet_records(), |file, bytes| {
+        sbet::read_from(file, bytes, bytes.len() as u64).map_or(0, |r| r.len())
+    });
+}
+
+#[divan::bench]
+fn laser_from_csv(bencher: Bencher<'_, '_>) {
+    measure(bencher, &laser(), |file, bytes| {
+        laser_csv::read_from(file, bytes, bytes.len() as u64).map_or(0, |r| r.len())
+    });
+}
+
+#[divan::bench(args = [true, false])]
+fn laser_from_las(bencher: Bencher<'_, '_>, compressed: bool) {
+    measure(bencher, &points(compressed), |file, bytes| {
+        let size = bytes.len() as u64;
+        las::read_from(file, Cursor::new(bytes.to_vec()), size).map_or(0, |r| r.len())
+    });
+}

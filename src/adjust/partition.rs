@@ -1,0 +1,93 @@
+//! Fixed cuts of the work: chunks of rows and windows of the chain.
+//!
+//! They depend on the problem alone and sums are reduced in their order, so results have the same bytes on any number of threads.
+
+use std::ops::Range;
+
+use super::chain::ChainModel;
+use super::error::AdjustError;
+use super::problem::Problem;
+
+/// Intervals of a window of the chain.
+const WINDOW: usize = 64;
+/// Chunks of rows of the sets for which `wanted` holds, in order.
+pub(super) fn chunks(
+    problem: &Problem,
+    size: usize,
+    wanted: impl Fn(usize) -> bool,
+) -> Vec<(usize, Range<usize>)> {
+    let mut chunks = Vec::new();
+    for (set, source) in problem
+        .sources
+        .iter()
+        .enumerate()
+        .filter(|(set, _)| wanted(*set))
+    {
+        let len = source.conditions.len();
+        chunks.extend(
+            (0..len)
+                .step_by(size)
+                .map(|start| (set, start..(start + size).min(len))),
+        );
+    }
+    chunks
+}
+
+/// Whether the conditions of a set see the chain.
+pub(super) fn sees_chain(problem: &Problem, set: usize) -> bool {
+    let conditions = problem.sources[set].conditions;
+    !conditions.is_empty() && conditions.interval(0).is_some()
+}
+
+/// Windows of a chain, in order.
+pub(super) fn windows(model: &ChainModel) -> Vec<Range<usize>> {
+    let end = model.intervals();
+    (0..end)
+        .step_by(WINDOW)
+        .map(|start| start..(start + WINDOW).min(end))
+        .collect()
+}
+
+/// Conditions of a set that see the intervals of a window.
+pub(super) fn conditions_of(
+    problem: &Problem,
+    set: usize,
+    intervals: &Range<usize>,
+) -> Range<usize> {
+    first_at_or_after(problem, set, intervals.start)..first_at_or_after(problem, set, intervals.end)
+}
+
+fn first_at_or_after(problem: &Problem, set: usize, interval: usize) -> usize {
+    let conditions = problem.sources[set].conditions;
+    let (mut low, mut high) = (0, conditions.len());
+    while low < high {
+        let middle = low + (high - low) / 2;
+        match conditions.interval(middle) {
+            Some(found) if (found as usize) < interval => low = middle + 1,
+            _ => high = middle,
+        }
+    }
+    low
+}
+
+/// Checks that every set that sees the chain is sorted by interval and inside it.
+pub(super) fn check_intervals(problem: &Problem) -> Result<(), AdjustError> {
+    let intervals = problem.chain.map_or(0, ChainModel::intervals);
+    for set in (0..problem.sources.len()).filter(|set| sees_chain(problem, *set)) {
+        let conditions = problem.sources[set].conditions;
+        let mut before = 0;
+        for condition in 0..conditions.len() {
+            let found = conditions.interval(condition).unwrap_or(u32::MAX);
+            if found < before || found as usize >= intervals {
+                return Err(AdjustError::BadInterval {
+                    set,
+                    condition,
+                    found,
+                    intervals,
+                });
+            }
+            before = found;
+        }
+    }
+    Ok(())
+}
