@@ -30,7 +30,8 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
     let model = model(&args.calibration, args.solution)?;
     talk.step(&format!("reading {}", args.survey.display()));
     let survey = survey::load(&args.survey)?;
-    let scene = Scene::prepare(&survey.campaign, &survey.target, &survey.pose).map_err(PoolError::from)?;
+    let scene =
+        Scene::prepare(&survey.campaign, &survey.target, &survey.pose).map_err(PoolError::from)?;
     let system = System::new(args.coordinates, &scene)?;
     let total = survey.campaign.laser.len() + survey.campaign.soundings.len();
     let bar = talk.bar("georeferencing", total as u64);
@@ -47,7 +48,10 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
     Ok(Ending::Usable)
 }
 
-fn counted(bar: &ProgressBar, chunk: Result<Vec<CloudPoint>, CliError>) -> Result<Vec<CloudPoint>, CliError> {
+fn counted(
+    bar: &ProgressBar,
+    chunk: Result<Vec<CloudPoint>, CliError>,
+) -> Result<Vec<CloudPoint>, CliError> {
     bar.inc(chunk.as_ref().map_or(0, Vec::len) as u64);
     chunk
 }
@@ -65,12 +69,25 @@ fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
     open(path)?;
     let bytes = std::fs::read(path).map_err(|e| FormatError::unreadable(path, &e))?;
     if bytes.is_empty() {
-        return Err(FormatError::new(FaultKind::Empty, path, Place::File, "nothing", "a result.json").into());
+        return Err(FormatError::new(
+            FaultKind::Empty,
+            path,
+            Place::File,
+            "nothing",
+            "a result.json",
+        )
+        .into());
     }
-    let result = json::from_slice(&bytes)
-        .map_err(|e| CliError::NoResult { file: path.to_owned(), found: format!("found {e}") })?;
+    let result = json::from_slice(&bytes).map_err(|e| CliError::NoResult {
+        file: path.to_owned(),
+        found: format!("found {e}"),
+    })?;
     let (name, found) = chosen(&result, solution);
-    let refused = |found: &str| CliError::NoSolution { file: path.to_owned(), name, found: found.to_owned() };
+    let refused = |found: &str| CliError::NoSolution {
+        file: path.to_owned(),
+        name,
+        found: found.to_owned(),
+    };
     let (usable, message, estimate, extra) = found.ok_or_else(|| refused("nothing"))?;
     if !usable {
         return Err(refused(&format!("one that is not usable ({message})")));
@@ -85,26 +102,45 @@ fn chosen(result: &PoolResult, solution: SolutionName) -> (&'static str, Option<
     match solution {
         SolutionName::Sequential => {
             let found = solutions.sequential.as_ref();
-            ("sequential", found.map(|s| (s.usable, &*s.message, &s.estimate, &[][..])))
+            (
+                "sequential",
+                found.map(|s| (s.usable, &*s.message, &s.estimate, &[][..])),
+            )
         }
         SolutionName::Joint => {
             let found = solutions.joint.as_ref();
-            ("joint", found.map(|s| (s.usable, &*s.message, &s.estimate, &*s.extra)))
+            (
+                "joint",
+                found.map(|s| (s.usable, &*s.message, &s.estimate, &*s.extra)),
+            )
         }
         SolutionName::JointSimple => {
             let found = solutions.joint_simple.as_ref();
-            ("joint_simple", found.map(|s| (s.usable, &*s.message, &s.estimate, &*s.extra)))
+            (
+                "joint_simple",
+                found.map(|s| (s.usable, &*s.message, &s.estimate, &*s.extra)),
+            )
         }
     }
 }
 
 fn of_estimate(estimate: &Estimate, extra: &[ExtraParameter]) -> Option<Model> {
-    let value = |name: &str| extra.iter().find(|e| e.name == name).and_then(|e| e.value).unwrap_or(0.0);
+    let value = |name: &str| {
+        extra
+            .iter()
+            .find(|e| e.name == name)
+            .and_then(|e| e.value)
+            .unwrap_or(0.0)
+    };
     let mounting = Mounting {
         rotation: Matrix3::from_row_iterator(estimate.rotation_matrix?.into_iter().flatten()),
         lever_arm_m: Vector3::from(estimate.lever_arm_m?),
     };
-    Some(Model { mounting, latency_s: value("latency_s"), range_scale: value("range_scale") })
+    Some(Model {
+        mounting,
+        latency_s: value("latency_s"),
+        range_scale: value("range_scale"),
+    })
 }
 
 /// The coordinate system of the written points.
@@ -124,34 +160,57 @@ impl System {
     }
 
     fn name(&self) -> String {
-        let Some(utm) = &self.utm else { return "geocentric".to_owned() };
+        let Some(utm) = &self.utm else {
+            return "geocentric".to_owned();
+        };
         let zone = utm.zone();
-        format!("UTM zone {}{}, ellipsoidal heights", zone.unsigned_abs(), if zone < 0 { 'S' } else { 'N' })
+        format!(
+            "UTM zone {}{}, ellipsoidal heights",
+            zone.unsigned_abs(),
+            if zone < 0 { 'S' } else { 'N' }
+        )
     }
 
     /// The target's origin is the middle.
     fn layout(&self, scene: &Scene) -> Layout {
         let origin = &scene.pose.origin;
         let geocentric = self.ellipsoid.to_geocentric(origin).coordinates;
-        let plane = self.utm.as_ref().and_then(|utm| Some((utm, utm.from_geodetic(origin).ok()?)));
+        let plane = self
+            .utm
+            .as_ref()
+            .and_then(|utm| Some((utm, utm.from_geodetic(origin).ok()?)));
         match plane {
-            Some((utm, (easting, northing))) => {
-                Layout { middle_m: [easting, northing, origin.height_m], wkt: wkt::utm(self.ellipsoid, utm.zone()) }
-            }
-            None => Layout { middle_m: geocentric.into(), wkt: wkt::geocentric(self.ellipsoid) },
+            Some((utm, (easting, northing))) => Layout {
+                middle_m: [easting, northing, origin.height_m],
+                wkt: wkt::utm(self.ellipsoid, utm.zone()),
+            },
+            None => Layout {
+                middle_m: geocentric.into(),
+                wkt: wkt::geocentric(self.ellipsoid),
+            },
         }
     }
 
     fn cloud(&self, points: &[Georeferenced]) -> Result<Vec<CloudPoint>, CliError> {
         let Some(utm) = &self.utm else {
-            return Ok(points.iter().map(|p| cloud_point(p, p.position.coordinates.into())).collect());
+            return Ok(points
+                .iter()
+                .map(|p| cloud_point(p, p.position.coordinates.into()))
+                .collect());
         };
-        let geodetic: Vec<_> = points.iter().map(|p| self.ellipsoid.to_geodetic(&p.position)).collect();
+        let geodetic: Vec<_> = points
+            .iter()
+            .map(|p| self.ellipsoid.to_geodetic(&p.position))
+            .collect();
         let mut first: Vec<f64> = geodetic.iter().map(|g| g.longitude_rad).collect();
         let mut second: Vec<f64> = geodetic.iter().map(|g| g.latitude_rad).collect();
         utm.from_geodetic_in_place(&mut first, &mut second)?;
         let place = |k: usize| [first[k], second[k], geodetic[k].height_m];
-        Ok(points.iter().enumerate().map(|(k, p)| cloud_point(p, place(k))).collect())
+        Ok(points
+            .iter()
+            .enumerate()
+            .map(|(k, p)| cloud_point(p, place(k)))
+            .collect())
     }
 }
 
@@ -160,5 +219,9 @@ fn cloud_point(point: &Georeferenced, position_m: [f64; 3]) -> CloudPoint {
         Sensor::Laser => 1,
         Sensor::Multibeam => 2,
     };
-    CloudPoint { time_s: point.time_s, position_m, source }
+    CloudPoint {
+        time_s: point.time_s,
+        position_m,
+        source,
+    }
 }

@@ -39,8 +39,14 @@ EXIT CODES
 /// The command line.
 #[derive(Debug, Parser)]
 #[command(name = "boresight", version, about = ABOUT, long_about = LONG_ABOUT, after_long_help = AFTER)]
-#[command(after_help = "Exit codes: 0 usable result, 1 no usable result, 2 bad usage or input. More with --help.")]
-#[command(arg_required_else_help = true, propagate_version = true, max_term_width = 110)]
+#[command(
+    after_help = "Exit codes: 0 usable result, 1 no usable result, 2 bad usage or input. More with --help."
+)]
+#[command(
+    arg_required_else_help = true,
+    propagate_version = true,
+    max_term_width = 110
+)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -71,31 +77,49 @@ pub struct Common {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Simulate a pool survey, calibrate it by both paths and write the report: the main job with no input
-    #[command(long_about = "Simulate the built-in pool survey, calibrate it by both paths, compare with the truth and write the report.\n\n\
-        The survey's files are written too, so that you can look at the formats and run `boresight calibrate` on them.")]
-    #[command(after_long_help = "FILES WRITTEN\n  OUT/result.json, OUT/report.html\n  OUT/survey/            the simulated survey with truth.json\n\n\
-        EXAMPLE\n  boresight demo --out demo --seed 7")]
+    #[command(
+        long_about = "Simulate the built-in pool survey, calibrate it by both paths, compare with the truth and write the report.\n\n\
+        The survey's files are written too, so that you can look at the formats and run `boresight calibrate` on them."
+    )]
+    #[command(
+        after_long_help = "FILES WRITTEN\n  OUT/result.json, OUT/report.html\n  OUT/survey/            the simulated survey with truth.json\n\n\
+        EXAMPLE\n  boresight demo --out demo --seed 7"
+    )]
     Demo(Demo),
     /// Calibrate a survey
-    #[command(long_about = "Run the calibration that the survey file names and write result.json and report.html.\n\n\
-        With --method both (the default) the joint path decides whether the result is usable; the sequential one is compared with it.")]
-    #[command(after_long_help = "EXAMPLES\n  boresight calibrate survey.toml\n  boresight calibrate survey.toml --method joint --simple --out run1\n\n\
-        EXIT CODES\n  0 usable, 1 no usable result (written with usable: false), 2 bad input (nothing written)")]
+    #[command(
+        long_about = "Run the calibration that the survey file names and write result.json and report.html.\n\n\
+        With --method both (the default) the joint path decides whether the result is usable; the sequential one is compared with it."
+    )]
+    #[command(
+        after_long_help = "EXAMPLES\n  boresight calibrate survey.toml\n  boresight calibrate survey.toml --method joint --simple --out run1\n\n\
+        EXIT CODES\n  0 usable, 1 no usable result (written with usable: false), 2 bad input (nothing written)"
+    )]
     Calibrate(Calibrate),
     /// Simulate a scenario: a complete survey with its truth
-    #[command(long_about = "Simulate a scenario file: trajectory, laser points, soundings, target and survey file in the documented \
+    #[command(
+        long_about = "Simulate a scenario file: trajectory, laser points, soundings, target and survey file in the documented \
         formats, and truth.json with the answer.\n\nEvery error source has its own random stream: switching one off under [sources] \
-        leaves the numbers of the others as they were.")]
-    #[command(after_long_help = "EXAMPLE\n  boresight simulate models/scenarios/three-pass.toml --out sim --seed 5\n  boresight calibrate sim/survey.toml")]
+        leaves the numbers of the others as they were."
+    )]
+    #[command(
+        after_long_help = "EXAMPLE\n  boresight simulate models/scenarios/three-pass.toml --out sim --seed 5\n  boresight calibrate sim/survey.toml"
+    )]
     Simulate(Simulate),
     /// Georeference a survey's soundings and returns with a calibration
-    #[command(long_about = "Georeference all soundings and laser returns of a survey with the mounting of a result.json and write them as \
-        one LAS or LAZ file: GPS time kept, point source id 1 for the laser scanner, 2 for the multibeam.")]
-    #[command(after_long_help = "EXAMPLE\n  boresight apply survey.toml --calibration result.json --out cloud.laz --coordinates utm")]
+    #[command(
+        long_about = "Georeference all soundings and laser returns of a survey with the mounting of a result.json and write them as \
+        one LAS or LAZ file: GPS time kept, point source id 1 for the laser scanner, 2 for the multibeam."
+    )]
+    #[command(
+        after_long_help = "EXAMPLE\n  boresight apply survey.toml --calibration result.json --out cloud.laz --coordinates utm"
+    )]
     Apply(Apply),
     /// Read and validate a survey, and say what its geometry can and cannot determine
-    #[command(long_about = "Read and validate everything that a survey names: counts, times, what lies on the target, the standard \
-        deviations to expect, and advice on what would make them smaller. Solves nothing and writes nothing.")]
+    #[command(
+        long_about = "Read and validate everything that a survey names: counts, times, what lies on the target, the standard \
+        deviations to expect, and advice on what would make them smaller. Solves nothing and writes nothing."
+    )]
     Check(Check),
     /// Print a completion script for a shell
     Completions {

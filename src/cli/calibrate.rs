@@ -17,10 +17,17 @@ pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.survey.display()));
     let mut survey = survey::load(&args.survey)?;
     survey.file.joint.simple |= args.simple;
-    let folder = args.out.clone().unwrap_or_else(|| folder_of(&survey.file.name));
+    let folder = args
+        .out
+        .clone()
+        .unwrap_or_else(|| folder_of(&survey.file.name));
     let finished = calibrated(&survey, args.method.into(), args.seed, None, talk)?;
     let place = write(&folder, &finished, talk)?;
-    let text = format!("{}{}\n{place}", report::text::summary(&finished.result), notes(&finished.notes));
+    let text = format!(
+        "{}{}\n{place}",
+        report::text::summary(&finished.result),
+        notes(&finished.notes)
+    );
     talk.result(&text, &report::json::to_bytes(&finished.result)?)?;
     Ok(finished.ending())
 }
@@ -39,7 +46,11 @@ pub struct Finished {
 impl Finished {
     /// Exit code 0 or 1.
     pub fn ending(&self) -> Ending {
-        if self.result.usable { Ending::Usable } else { Ending::Unusable }
+        if self.result.usable {
+            Ending::Usable
+        } else {
+            Ending::Unusable
+        }
     }
 }
 
@@ -60,8 +71,17 @@ pub fn calibrated(
     };
     let result = summary::result(&outcome, &input, dropped, provenance(survey, method, seed)?);
     let samples = summary::samples(&outcome, &survey.file.name, truth);
-    let notes = survey.notes.iter().chain(&outcome.scene.notes).cloned().collect();
-    Ok(Finished { result, samples, notes })
+    let notes = survey
+        .notes
+        .iter()
+        .chain(&outcome.scene.notes)
+        .cloned()
+        .collect();
+    Ok(Finished {
+        result,
+        samples,
+        notes,
+    })
 }
 
 /// A loaded survey as the calibration takes it.
@@ -87,27 +107,56 @@ fn provenance(survey: &LoadedSurvey, method: Method, seed: u64) -> Result<Proven
     if let Some(table) = configuration.as_object_mut() {
         table.insert("method".to_owned(), name.into());
     }
-    Ok(Provenance { software: Software::this(), seed, inputs: survey.inputs.clone(), configuration })
+    Ok(Provenance {
+        software: Software::this(),
+        seed,
+        inputs: survey.inputs.clone(),
+        configuration,
+    })
 }
 
 /// Writes both files and says where they are.
 pub fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<String, CliError> {
     talk.step(&format!("writing {}", folder.display()));
     let written = report::write_all(folder, &finished.result, &finished.samples)?;
-    Ok(format!("Result  {}\nReport  {}\n", written.result.display(), written.report.display()))
+    Ok(format!(
+        "Result  {}\nReport  {}\n",
+        written.result.display(),
+        written.report.display()
+    ))
 }
 
 /// The notes as a paragraph, empty without any.
 pub fn notes(notes: &[String]) -> String {
-    let lines: Vec<String> = notes.iter().map(|note| format!("Note: {note}.\n")).collect();
-    if lines.is_empty() { String::new() } else { format!("\n{}", lines.concat()) }
+    let lines: Vec<String> = notes
+        .iter()
+        .map(|note| format!("Note: {note}.\n"))
+        .collect();
+    if lines.is_empty() {
+        String::new()
+    } else {
+        format!("\n{}", lines.concat())
+    }
 }
 
 /// A folder named after the survey, in the working directory.
 fn folder_of(name: &str) -> PathBuf {
-    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
+    let safe: String = name
+        .chars()
+        .map(|c| {
+            if c.is_alphanumeric() || "-_.".contains(c) {
+                c
+            } else {
+                '-'
+            }
+        })
+        .collect();
     let safe = safe.trim_matches(['.', '-']);
-    PathBuf::from(if safe.is_empty() { "boresight-result" } else { safe })
+    PathBuf::from(if safe.is_empty() {
+        "boresight-result"
+    } else {
+        safe
+    })
 }
 
 #[cfg(test)]

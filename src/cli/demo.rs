@@ -19,7 +19,13 @@ pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     talk.step("reading the survey");
     let survey = survey::load(&folder.join(SURVEY_FILE))?;
     let truth = &simulated.truth;
-    let finished = calibrated(&survey, Method::Both, args.seed, Some(truth::for_report(truth)), talk)?;
+    let finished = calibrated(
+        &survey,
+        Method::Both,
+        args.seed,
+        Some(truth::for_report(truth)),
+        talk,
+    )?;
     let place = write(&args.out, &finished, talk)?;
     let text = format!(
         "{}{}\n{}\nSurvey  {}\n{place}",
@@ -36,6 +42,7 @@ pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
 fn scenario() -> Result<ScenarioFile, CliError> {
     let mut file = scenario::from_text(Path::new("demo.toml"), crate::simulate::DEMO)?;
     let joint = toml::Table::from_iter([("simple".to_owned(), toml::Value::Boolean(true))]);
-    file.calibration.insert("joint".to_owned(), toml::Value::Table(joint));
+    file.calibration
+        .insert("joint".to_owned(), toml::Value::Table(joint));
     Ok(file)
 }

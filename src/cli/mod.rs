@@ -87,7 +87,9 @@ fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
 fn threads(count: Option<u16>) -> Result<(), CliError> {
     let Some(count) = count else { return Ok(()) };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count.into());
-    pool.build_global().map_err(|e| CliError::Threads { found: e.to_string() })
+    pool.build_global().map_err(|e| CliError::Threads {
+        found: e.to_string(),
+    })
 }
 
 #[cfg(test)]

@@ -39,11 +39,22 @@ pub fn run(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {
 }
 
 /// Simulates and writes the survey's files into a folder, which is made when missing.
-pub fn written(file: &ScenarioFile, seed: u64, folder: &Path, talk: &Talk) -> Result<Simulated, CliError> {
-    talk.step(&format!("simulating {} with seed {seed}", file.scenario.name));
+pub fn written(
+    file: &ScenarioFile,
+    seed: u64,
+    folder: &Path,
+    talk: &Talk,
+) -> Result<Simulated, CliError> {
+    talk.step(&format!(
+        "simulating {} with seed {seed}",
+        file.scenario.name
+    ));
     let survey = simulate(&file.scenario, seed)?;
     talk.step(&format!("writing {}", folder.display()));
-    std::fs::create_dir_all(folder).map_err(|e| CliError::Folder { folder: folder.to_owned(), found: e.to_string() })?;
+    std::fs::create_dir_all(folder).map_err(|e| CliError::Folder {
+        folder: folder.to_owned(),
+        found: e.to_string(),
+    })?;
     write_survey(folder, file, &survey)?;
     Ok(survey)
 }

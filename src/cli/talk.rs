@@ -38,7 +38,11 @@ impl Talk {
             spinner.set_message(what.to_owned());
         }
         if self.verbose {
-            let _ = writeln!(stderr(), "{:8.3} s  {what}", self.begun.elapsed().as_secs_f64());
+            let _ = writeln!(
+                stderr(),
+                "{:8.3} s  {what}",
+                self.begun.elapsed().as_secs_f64()
+            );
         }
     }
 
@@ -49,7 +53,9 @@ impl Talk {
         }
         let style = "{msg} [{bar:40}] {percent:>3} % {elapsed_precise}";
         let bar = ProgressBar::new(length).with_message(what.to_owned());
-        bar.with_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()))
+        bar.with_style(
+            ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()),
+        )
     }
 
     /// Takes the spinner away.
@@ -90,7 +96,8 @@ impl Talk {
 
 fn spinner() -> ProgressBar {
     let style = ProgressStyle::with_template("{spinner} {elapsed_precise} {msg}");
-    let bar = ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+    let bar = ProgressBar::new_spinner()
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
     bar.enable_steady_tick(Duration::from_millis(100));
     bar
 }
@@ -98,7 +105,9 @@ fn spinner() -> ProgressBar {
 fn to_stdout(bytes: &[u8]) -> Result<(), CliError> {
     let mut out = stdout().lock();
     match out.write_all(bytes).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(CliError::Print { found: error.to_string() }),
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(CliError::Print {
+            found: error.to_string(),
+        }),
         _ => Ok(()),
     }
 }

@@ -22,7 +22,11 @@ pub fn for_report(truth: &Truth) -> results::Truth {
     let c = truth.correction_deg;
     let arm = truth.lever_arm() - Vector3::from(truth.nominal_lever_arm_m);
     results::Truth {
-        correction_deg: Angles { pitch: c.pitch, roll: c.roll, yaw: c.yaw },
+        correction_deg: Angles {
+            pitch: c.pitch,
+            roll: c.roll,
+            yaw: c.yaw,
+        },
         lever_arm_correction_m: arm.into(),
     }
 }
@@ -30,23 +34,49 @@ pub fn for_report(truth: &Truth) -> results::Truth {
 /// A table of each path's errors, the joint one's also in its own standard deviations; empty when nothing was found.
 pub fn table(result: &PoolResult, truth: &Truth) -> String {
     let solutions = &result.solutions;
-    let sequential = solutions.sequential.as_ref().and_then(|s| errors(&s.estimate, truth));
-    let simple = solutions.joint_simple.as_ref().and_then(|s| errors(&s.estimate, truth));
-    let joint = solutions.joint.as_ref().and_then(|s| Some((errors(&s.estimate, truth)?, s.standard_deviation?)));
+    let sequential = solutions
+        .sequential
+        .as_ref()
+        .and_then(|s| errors(&s.estimate, truth));
+    let simple = solutions
+        .joint_simple
+        .as_ref()
+        .and_then(|s| errors(&s.estimate, truth));
+    let joint = solutions
+        .joint
+        .as_ref()
+        .and_then(|s| Some((errors(&s.estimate, truth)?, s.standard_deviation?)));
     let mut table = ruled_table();
-    table.set_header(["error against the truth", "sequential", "joint", "joint, in sigmas", "joint, simple model"]);
+    table.set_header([
+        "error against the truth",
+        "sequential",
+        "joint",
+        "joint, in sigmas",
+        "joint, simple model",
+    ]);
     for (i, (name, unit, scale)) in ROWS.iter().enumerate() {
-        let number = |v: Option<Vector6<f64>>| v.map_or(String::new(), |v| format!("{:+.4}", v[i] * scale));
+        let number =
+            |v: Option<Vector6<f64>>| v.map_or(String::new(), |v| format!("{:+.4}", v[i] * scale));
         let sigmas = joint.map_or(String::new(), |(e, s)| {
             let sigma = [s.pitch_deg, s.roll_deg, s.yaw_deg, s.lx_m, s.ly_m, s.lz_m][i];
             format!("{:+.1}", e[i] / sigma)
         });
-        table.add_row([format!("{name}, {unit}"), number(sequential), number(joint.map(|j| j.0)), sigmas, number(simple)]);
+        table.add_row([
+            format!("{name}, {unit}"),
+            number(sequential),
+            number(joint.map(|j| j.0)),
+            sigmas,
+            number(simple),
+        ]);
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    if joint.is_none() && sequential.is_none() { String::new() } else { format!("{}\n", table.trim_fmt()) }
+    if joint.is_none() && sequential.is_none() {
+        String::new()
+    } else {
+        format!("{}\n", table.trim_fmt())
+    }
 }
 
 /// Rotation vector (degrees, body frame) and lever arm (metres) from the truth to the estimate.

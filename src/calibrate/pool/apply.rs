@@ -34,7 +34,10 @@ pub struct Georeferenced {
 
 /// Chunks of all points in order of time; where times are equal, laser first. Observations without a position are left out.
 pub fn points<'s>(scene: &'s Scene, model: Model) -> impl Iterator<Item = Vec<Georeferenced>> + 's {
-    let (laser, sonar) = (&scene.campaign.laser.time_s, &scene.campaign.soundings.time_s);
+    let (laser, sonar) = (
+        &scene.campaign.laser.time_s,
+        &scene.campaign.soundings.time_s,
+    );
     let (mut j, mut k) = (0, 0);
     std::iter::from_fn(move || {
         let mut rows = Vec::with_capacity(CHUNK);
@@ -59,7 +62,12 @@ fn placed(scene: &Scene, model: &Model, rows: &[(Sensor, usize, f64)]) -> Vec<Ge
             Sensor::Laser => scene.laser_point(row)?.0,
             Sensor::Multibeam => sounding_point(scene, row, model)?,
         };
-        Some(Georeferenced { sensor, row, time_s, position: to_ecef * Point::<Target>::new(in_target) })
+        Some(Georeferenced {
+            sensor,
+            row,
+            time_s,
+            position: to_ecef * Point::<Target>::new(in_target),
+        })
     };
     rows.par_iter().filter_map(place).collect()
 }

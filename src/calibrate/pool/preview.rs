@@ -1,14 +1,18 @@
 //! What a survey will determine, before anything is solved: what lies on the target, from where, and what would help.
 
+use nalgebra::Matrix6;
+
 use super::config::JointConfig;
+use super::joint::{self, JointStart, SIX};
 use super::planes;
 use super::run::{PoolError, PoolInput};
 use super::scene::Scene;
-use super::ties::{self, TieSet};
+use super::ties::{self, Association, TieSet};
 use super::verdict::Refusal;
 use crate::geometry::plane::Plane;
 use crate::matching::{Patches, Water};
 use crate::observe::Campaign;
+use crate::results::SixSigmas;
 use crate::target::{Role, Target};
 
 /// Gate of the first association of returns, in the configured gates.
@@ -51,12 +55,74 @@ pub struct Preview {
     pub passes: Vec<PassSpan>,
     /// What stops a calibration already.
     pub refusal: Option<Refusal>,
+    /// Standard deviations to expect; `None` when a calibration would be refused before it is solved.
+    pub predicted: Option<Predicted>,
     /// Sentences of advice.
     pub advice: Vec<String>,
 }
 
-const ROLES: [(Role, &str); 5] =
-    [(Role::P1, "P1"), (Role::P2, "P2"), (Role::P3, "P3"), (Role::Horizontal, "horizontal"), (Role::Other, "other")];
+/// What the joint path promises, from one linearisation at the rough mounting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Predicted {
+    /// One sigma of each of the six; a held one has 0.
+    pub sigmas: SixSigmas,
+    /// Those beyond the configured limits, with their sigma: not determined.
+    pub undetermined: Vec<String>,
+    /// Pairs correlated beyond 0.95, with the correlation.
+    pub inseparable: Vec<(&'static str, &'static str, f64)>,
+}
+
+impl Predicted {
+    fn of(covariance: &Matrix6<f64>, config: &JointConfig) -> Self {
+        let sigma = |i: usize| covariance[(i, i)].sqrt();
+        let shown = |i: usize| {
+            let (value, limit, unit) = if i < 3 {
+                (sigma(i).to_degrees(), config.max_sigma_deg, "deg")
+            } else {
+                (sigma(i), config.max_sigma_m, "m")
+            };
+            let beyond = !(value <= limit);
+            beyond.then(|| {
+                format!(
+                    "{} (standard deviation {value:.2} {unit}, limit {limit} {unit})",
+                    SIX[i]
+                )
+            })
+        };
+        let pairs = (0..6).flat_map(|i| (i + 1..6).map(move |j| (i, j)));
+        let correlated = pairs.filter_map(|(i, j)| {
+            let r = covariance[(i, j)] / (sigma(i) * sigma(j));
+            (r.abs() > 0.95).then_some((SIX[i], SIX[j], r))
+        });
+        Self {
+            sigmas: SixSigmas {
+                pitch_deg: sigma(0).to_degrees(),
+                roll_deg: sigma(1).to_degrees(),
+                yaw_deg: sigma(2).to_degrees(),
+                lx_m: sigma(3),
+                ly_m: sigma(4),
+                lz_m: sigma(5),
+            },
+            undetermined: (0..6).filter_map(shown).collect(),
+            inseparable: correlated.collect(),
+        }
+    }
+}
+
+fn gate(gate_sigmas: f64) -> Association<'static> {
+    Association {
+        gate_sigmas,
+        corrected: None,
+    }
+}
+
+const ROLES: [(Role, &str); 5] = [
+    (Role::P1, "P1"),
+    (Role::P2, "P2"),
+    (Role::P3, "P3"),
+    (Role::Horizontal, "horizontal"),
+    (Role::Other, "other"),
+];
 
 /// Looks at a survey: refines the target's pose, registers the soundings roughly, ties both sensors' points to the faces.
 ///
@@ -65,27 +131,77 @@ const ROLES: [(Role, &str); 5] =
 pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
     let (campaign, target) = (input.campaign, input.target);
     let scene = Scene::prepare(campaign, target, input.prior)?;
-    let mut laser = Patches::new(target, Water::Above, campaign.water_level_m, &scene.origins(&campaign.scanner));
-    let wide = ties::tie_returns(&scene, &laser, WIDE * input.joint.gate_sigma);
+    let mut laser = Patches::new(
+        target,
+        Water::Above,
+        campaign.water_level_m,
+        &scene.origins(&campaign.scanner),
+    );
+    let wide = ties::tie_returns(&scene, &laser, None, &gate(WIDE * input.joint.gate_sigma));
     let found = planes::extract(&scene, &wide, input.seed);
     let fitted: Vec<Option<Plane>> = found.iter().map(|p| p.map(|p| p.fit.plane)).collect();
     planes::apply(&mut laser, &scene, &fitted);
-    let returns = ties::tie_returns(&scene, &laser, input.joint.gate_sigma);
+    let returns = ties::tie_returns(&scene, &laser, None, &gate(input.joint.gate_sigma));
     let mut refusal = Refusal::of_scanner(&scene, &found, &wide);
     let mut soundings = TieSet::default();
     let mut passes = vec![];
+    let mut predicted = None;
     if refusal.is_none() {
         let rough = scene.rough_mounting();
         refusal = Refusal::of_soundings(&scene, &rough);
-        let mut patches = Patches::new(target, Water::Below, campaign.water_level_m, &scene.origins(&rough.mounting));
+        let mut patches = Patches::new(
+            target,
+            Water::Below,
+            campaign.water_level_m,
+            &scene.origins(&rough.mounting),
+        );
         planes::apply(&mut patches, &scene, &fitted);
         let near = scene.soundings_near(&patches, &rough.mounting, CANDIDATE_M);
-        soundings = ties::tie_soundings(&scene, &patches, &near, &rough.mounting, 0.0, 0.0, input.joint.gate_sigma);
+        let association = gate(input.joint.gate_sigma);
+        soundings = ties::tie_soundings(
+            &scene,
+            &patches,
+            &near,
+            &rough.mounting,
+            0.0,
+            0.0,
+            &association,
+        );
+        let start = JointStart {
+            mounting: rough.mounting,
+            planes: &found,
+            returns: &returns,
+            candidates: &near,
+        };
+        if refusal.is_none() {
+            predicted = Some(Predicted::of(
+                &joint::predict(&scene, &start, &patches, input.joint)?.0,
+                input.joint,
+            ));
+        }
         passes = split(&scene, &soundings);
     }
-    let seen = ROLES.map(|(role, name)| (name, Seen { returns: count(target, &returns, role), soundings: count(target, &soundings, role) }));
-    let advice = if refusal.is_some() { vec![] } else { advice(&seen, &passes, campaign, input.joint) };
-    Ok(Preview { seen, passes, refusal, advice })
+    let seen = ROLES.map(|(role, name)| {
+        (
+            name,
+            Seen {
+                returns: count(target, &returns, role),
+                soundings: count(target, &soundings, role),
+            },
+        )
+    });
+    let advice = if refusal.is_some() {
+        vec![]
+    } else {
+        advice(&seen, &passes, campaign, input.joint)
+    };
+    Ok(Preview {
+        seen,
+        passes,
+        refusal,
+        predicted,
+        advice,
+    })
 }
 
 fn count(target: &Target, ties: &TieSet, role: Role) -> usize {
@@ -98,11 +214,17 @@ fn split(scene: &Scene, ties: &TieSet) -> Vec<PassSpan> {
     let mut last_s = f64::NEG_INFINITY;
     for tie in &ties.ties {
         let time_s = scene.campaign.soundings.time_s[tie.row as usize];
-        let Some(pose) = scene.sounding_pose(tie.row as usize, 0.0) else { continue };
+        let Some(pose) = scene.sounding_pose(tie.row as usize, 0.0) else {
+            continue;
+        };
         let away_m = -(pose.position_m + pose.rotation * scene.campaign.sonar.lever_arm_m).x;
         match passes.last_mut() {
             Some(pass) if time_s - last_s <= PASS_GAP_S => pass.add(time_s, away_m),
-            _ => passes.push(PassSpan { time_s: (time_s, time_s), soundings: 1, distance_m: (away_m, away_m, away_m) }),
+            _ => passes.push(PassSpan {
+                time_s: (time_s, time_s),
+                soundings: 1,
+                distance_m: (away_m, away_m, away_m),
+            }),
         }
         last_s = time_s;
     }
@@ -116,13 +238,25 @@ impl PassSpan {
         let n = self.soundings as f64;
         self.time_s.1 = time_s;
         self.soundings += 1;
-        self.distance_m = (low.min(away_m), (mean * n + away_m) / (n + 1.0), high.max(away_m));
+        self.distance_m = (
+            low.min(away_m),
+            (mean * n + away_m) / (n + 1.0),
+            high.max(away_m),
+        );
     }
 }
 
 /// What would help, with the figures of the mathematics page, section 5.
-fn advice(seen: &[(&str, Seen); 5], passes: &[PassSpan], campaign: &Campaign, joint: &JointConfig) -> Vec<String> {
-    let by_both = |name: &str| seen.iter().any(|(n, s)| *n == name && s.returns >= SEEN && s.soundings >= SEEN);
+fn advice(
+    seen: &[(&str, Seen); 5],
+    passes: &[PassSpan],
+    campaign: &Campaign,
+    joint: &JointConfig,
+) -> Vec<String> {
+    let by_both = |name: &str| {
+        seen.iter()
+            .any(|(n, s)| *n == name && s.returns >= SEEN && s.soundings >= SEEN)
+    };
     let held = |name: &str| joint.hold.iter().any(|h| h == name);
     let mut advice = distance_advice(passes, joint);
     let inclined = (by_both("P1"), by_both("P3"));
@@ -153,7 +287,10 @@ fn advice(seen: &[(&str, Seen); 5], passes: &[PassSpan], campaign: &Campaign, jo
 /// Passes at one distance hold yaw and along-track arm together, and range scale and off-wall arm.
 fn distance_advice(passes: &[PassSpan], joint: &JointConfig) -> Vec<String> {
     let means = || passes.iter().map(|p| p.distance_m.1);
-    let (low, high) = (means().fold(f64::INFINITY, f64::min), means().fold(0.0, f64::max));
+    let (low, high) = (
+        means().fold(f64::INFINITY, f64::min),
+        means().fold(0.0, f64::max),
+    );
     let mut advice = vec![];
     if passes.is_empty() || high > ONE_DISTANCE * low {
         return advice;
@@ -165,7 +302,10 @@ fn distance_advice(passes: &[PassSpan], joint: &JointConfig) -> Vec<String> {
         1.8 * low
     ));
     if joint.range_scale {
-        advice.push("range_scale is asked for: at one distance it is tied to the off-wall lever arm".to_owned());
+        advice.push(
+            "range_scale is asked for: at one distance it is tied to the off-wall lever arm"
+                .to_owned(),
+        );
     }
     advice
 }
@@ -175,14 +315,24 @@ mod tests {
     use super::*;
 
     fn pass(distance_m: f64) -> PassSpan {
-        PassSpan { time_s: (0.0, 1.0), soundings: 1000, distance_m: (distance_m, distance_m, distance_m) }
+        PassSpan {
+            time_s: (0.0, 1.0),
+            soundings: 1000,
+            distance_m: (distance_m, distance_m, distance_m),
+        }
     }
 
     #[test]
     fn one_distance_is_warned_of_and_two_are_not() {
-        let joint = JointConfig { range_scale: true, ..JointConfig::default() };
+        let joint = JointConfig {
+            range_scale: true,
+            ..JointConfig::default()
+        };
         let one = distance_advice(&[pass(5.0), pass(5.3)], &joint);
-        assert!(one.len() == 2 && one[0].contains("inseparable") && one[1].contains("range_scale"), "{one:?}");
+        assert!(
+            one.len() == 2 && one[0].contains("inseparable") && one[1].contains("range_scale"),
+            "{one:?}"
+        );
         assert!(distance_advice(&[pass(5.0), pass(9.0)], &joint).is_empty());
     }
 }

@@ -44,11 +44,18 @@ pub fn write<E: From<FormatError>>(
     chunks: impl Iterator<Item = Result<Vec<CloudPoint>, E>>,
 ) -> Result<u64, E> {
     let refused = |error: &dyn std::fmt::Display| E::from(FormatError::unwritable(path, error));
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let temporary = tempfile::Builder::new().prefix(".boresight-").tempfile_in(folder).map_err(|e| refused(&e))?;
+    let folder = path
+        .parent()
+        .filter(|f| !f.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let temporary = tempfile::Builder::new()
+        .prefix(".boresight-")
+        .tempfile_in(folder)
+        .map_err(|e| refused(&e))?;
     let file = temporary.reopen().map_err(|e| refused(&e))?;
     let header = header(layout, extension(path) != "las").map_err(|e| refused(&e))?;
-    let writer = las::Writer::new(BufWriter::with_capacity(1 << 20, file), header).map_err(|e| refused(&e))?;
+    let writer = las::Writer::new(BufWriter::with_capacity(1 << 20, file), header)
+        .map_err(|e| refused(&e))?;
     let count = fill(writer, chunks, &refused)?;
     readable_by_all(temporary.as_file()).map_err(|e| refused(&e))?;
     temporary.persist(path).map_err(|e| refused(&e.error))?;
@@ -62,7 +69,8 @@ fn fill<E>(
     chunks: impl Iterator<Item = Result<Vec<CloudPoint>, E>>,
     refused: &dyn Fn(&dyn std::fmt::Display) -> E,
 ) -> Result<u64, E> {
-    let written = append(&mut writer, chunks, refused).and_then(|n| writer.close().map(|()| n).map_err(|e| refused(&e)));
+    let written = append(&mut writer, chunks, refused)
+        .and_then(|n| writer.close().map(|()| n).map_err(|e| refused(&e)));
     if written.is_err() {
         // dropped unfinished, the writer would try to finish the file and panic where it cannot
         std::mem::forget(writer);
@@ -78,7 +86,9 @@ fn append<E>(
     let mut count = 0;
     for chunk in chunks {
         for point in chunk? {
-            writer.write_point(las_point(&point)).map_err(|e| refused(&e))?;
+            writer
+                .write_point(las_point(&point))
+                .map_err(|e| refused(&e))?;
             count += 1;
         }
     }
@@ -90,7 +100,10 @@ fn header(layout: &Layout, compressed: bool) -> Result<las::Header, las::Error> 
     builder.point_format = Format::new(6)?;
     builder.point_format.is_compressed = compressed;
     builder.generating_software = "boresight".to_owned();
-    let transform = |middle_m: f64| Transform { scale: SCALE_M, offset: middle_m.round() };
+    let transform = |middle_m: f64| Transform {
+        scale: SCALE_M,
+        offset: middle_m.round(),
+    };
     let [x, y, z] = layout.middle_m.map(transform);
     builder.transforms = Vector { x, y, z };
     let mut header = builder.into_header()?;
@@ -118,11 +131,18 @@ mod tests {
     use crate::formats::las;
 
     fn layout() -> Layout {
-        Layout { middle_m: [500_000.4, 3e6, 15.0], wkt: super::super::wkt::utm(crate::geometry::Ellipsoid::Wgs84, 50) }
+        Layout {
+            middle_m: [500_000.4, 3e6, 15.0],
+            wkt: super::super::wkt::utm(crate::geometry::Ellipsoid::Wgs84, 50),
+        }
     }
 
     fn point(k: u32) -> CloudPoint {
-        CloudPoint { time_s: f64::from(k), position_m: [500_000.1234, 3e6 + f64::from(k), 15.5], source: 2 }
+        CloudPoint {
+            time_s: f64::from(k),
+            position_m: [500_000.1234, 3e6 + f64::from(k), 15.5],
+            source: 2,
+        }
     }
 
     #[test]
@@ -130,10 +150,15 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("cloud.laz");
         let chunks = [vec![point(0), point(1)], vec![point(2)]].map(Ok::<_, FormatError>);
-        assert_eq!(write(&path, &layout(), chunks.into_iter()).expect("written"), 3);
+        assert_eq!(
+            write(&path, &layout(), chunks.into_iter()).expect("written"),
+            3
+        );
         let back = las::read(&path).expect("read");
         assert_eq!((back.time_s.len(), back.time_s[2]), (3, 2.0));
-        assert!((back.x_m[1] - 500_000.1234).abs() < 1e-9 && (back.y_m[2] - 3_000_002.0).abs() < 1e-9);
+        assert!(
+            (back.x_m[1] - 500_000.1234).abs() < 1e-9 && (back.y_m[2] - 3_000_002.0).abs() < 1e-9
+        );
     }
 
     #[test]

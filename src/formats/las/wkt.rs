@@ -6,11 +6,20 @@ use crate::geometry::Ellipsoid;
 fn datum(ellipsoid: Ellipsoid) -> (&'static str, String) {
     let (name, datum, spheroid) = match ellipsoid {
         Ellipsoid::Wgs84 => ("WGS 84", "WGS_1984", "WGS 84"),
-        Ellipsoid::Cgcs2000 => ("China Geodetic Coordinate System 2000", "China_2000", "CGCS2000"),
+        Ellipsoid::Cgcs2000 => (
+            "China Geodetic Coordinate System 2000",
+            "China_2000",
+            "CGCS2000",
+        ),
     };
     let (a_m, inverse) = (ellipsoid.semi_major_axis_m(), 1.0 / ellipsoid.flattening());
     let inverse = format!("{inverse:.9}");
-    (name, format!("DATUM[\"{datum}\",SPHEROID[\"{spheroid}\",{a_m},{inverse}]],PRIMEM[\"Greenwich\",0]"))
+    (
+        name,
+        format!(
+            "DATUM[\"{datum}\",SPHEROID[\"{spheroid}\",{a_m},{inverse}]],PRIMEM[\"Greenwich\",0]"
+        ),
+    )
 }
 
 /// Geocentric coordinates; EPSG 4978 for WGS84, 4479 for CGCS2000.
@@ -21,7 +30,8 @@ pub fn geocentric(ellipsoid: Ellipsoid) -> String {
         Ellipsoid::Wgs84 => 4978,
         Ellipsoid::Cgcs2000 => 4479,
     };
-    let axes = "AXIS[\"Geocentric X\",OTHER],AXIS[\"Geocentric Y\",OTHER],AXIS[\"Geocentric Z\",NORTH]";
+    let axes =
+        "AXIS[\"Geocentric X\",OTHER],AXIS[\"Geocentric Y\",OTHER],AXIS[\"Geocentric Z\",NORTH]";
     format!("GEOCCS[\"{name}\",{datum},UNIT[\"metre\",1],{axes},AUTHORITY[\"EPSG\",\"{code}\"]]")
 }
 
@@ -30,7 +40,11 @@ pub fn geocentric(ellipsoid: Ellipsoid) -> String {
 pub fn utm(ellipsoid: Ellipsoid, zone: i8) -> String {
     let (name, datum) = datum(ellipsoid);
     let number = i32::from(zone.unsigned_abs());
-    let (letter, northing_m, code) = if zone < 0 { ('S', 10_000_000, 32_700 + number) } else { ('N', 0, 32_600 + number) };
+    let (letter, northing_m, code) = if zone < 0 {
+        ('S', 10_000_000, 32_700 + number)
+    } else {
+        ('N', 0, 32_600 + number)
+    };
     let central_deg = 6 * number - 183;
     let authority = match ellipsoid {
         Ellipsoid::Wgs84 => format!(",AUTHORITY[\"EPSG\",\"{code}\"]"),
@@ -52,10 +66,21 @@ mod tests {
     #[test]
     fn zones_have_their_registered_parameters() {
         let north = utm(Ellipsoid::Wgs84, 50);
-        assert!(north.contains("\"central_meridian\",117]") && north.ends_with("AUTHORITY[\"EPSG\",\"32650\"]]"), "{north}");
+        assert!(
+            north.contains("\"central_meridian\",117]")
+                && north.ends_with("AUTHORITY[\"EPSG\",\"32650\"]]"),
+            "{north}"
+        );
         assert!(north.contains("6378137,298.257223563]"), "{north}");
         let south = utm(Ellipsoid::Cgcs2000, -33);
-        assert!(south.contains("\"central_meridian\",15]") && south.contains("\"false_northing\",10000000]"), "{south}");
-        assert!(!south.contains("EPSG") && south.contains("zone 33S"), "{south}");
+        assert!(
+            south.contains("\"central_meridian\",15]")
+                && south.contains("\"false_northing\",10000000]"),
+            "{south}"
+        );
+        assert!(
+            !south.contains("EPSG") && south.contains("zone 33S"),
+            "{south}"
+        );
     }
 }

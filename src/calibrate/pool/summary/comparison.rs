@@ -3,14 +3,18 @@
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::super::run::PoolOutcome;
 use super::residuals::{Model, Residuals, Sums};
 use super::solutions::angles_deg;
-use super::super::run::PoolOutcome;
 use crate::observe::Mounting;
 use crate::results::{Comparison, Difference, ResidualRms, SixValues, Solutions};
 
 /// Sequential minus joint; `None` unless both may be used.
-pub fn compare(outcome: &PoolOutcome, solutions: &Solutions, residuals: &Residuals) -> Option<Comparison> {
+pub fn compare(
+    outcome: &PoolOutcome,
+    solutions: &Solutions,
+    residuals: &Residuals,
+) -> Option<Comparison> {
     let (Some(sequential), Some(joint)) = (&solutions.sequential, &solutions.joint) else {
         return None;
     };
@@ -23,7 +27,10 @@ pub fn compare(outcome: &PoolOutcome, solutions: &Solutions, residuals: &Residua
     let (chi_square, p_value) = test(&d, &covariance)?;
     Some(Comparison {
         reference: "joint".to_owned(),
-        difference: Difference { correction_deg: angles_deg(&d.fixed_rows::<3>(0).into_owned()), lever_arm_m: [d[3], d[4], d[5]] },
+        difference: Difference {
+            correction_deg: angles_deg(&d.fixed_rows::<3>(0).into_owned()),
+            lever_arm_m: [d[3], d[4], d[5]],
+        },
         in_joint_sigmas: in_sigmas(&d, &covariance),
         chi_square,
         p_value,
@@ -41,9 +48,20 @@ fn difference(from: &Mounting, to: &Mounting) -> Vector6<f64> {
 fn in_sigmas(d: &Vector6<f64>, covariance: &Matrix6<f64>) -> SixValues {
     let v = |i: usize| {
         let variance = covariance[(i, i)];
-        if variance > 0.0 { d[i] / variance.sqrt() } else { 0.0 }
+        if variance > 0.0 {
+            d[i] / variance.sqrt()
+        } else {
+            0.0
+        }
     };
-    SixValues { pitch: v(0), roll: v(1), yaw: v(2), lx: v(3), ly: v(4), lz: v(5) }
+    SixValues {
+        pitch: v(0),
+        roll: v(1),
+        yaw: v(2),
+        lx: v(3),
+        ly: v(4),
+        lz: v(5),
+    }
 }
 
 /// `d^T C^-1 d` over the parameters that were not held, and the probability of a larger value.
@@ -51,17 +69,27 @@ fn test(d: &Vector6<f64>, covariance: &Matrix6<f64>) -> Option<(f64, f64)> {
     let free: Vec<usize> = (0..6).filter(|&i| covariance[(i, i)] > 0.0).collect();
     let sigma = |i: usize| covariance[(free[i], free[i])].sqrt();
     let n = free.len();
-    let correlation = DMatrix::from_fn(n, n, |i, j| covariance[(free[i], free[j])] / (sigma(i) * sigma(j)));
+    let correlation = DMatrix::from_fn(n, n, |i, j| {
+        covariance[(free[i], free[j])] / (sigma(i) * sigma(j))
+    });
     let scaled = DVector::from_fn(n, |i, _| d[free[i]] / sigma(i));
     let chi_square = scaled.dot(&correlation.cholesky()?.solve(&scaled));
     let p_value = ChiSquared::new(n as f64).ok()?.sf(chi_square);
     Some((chi_square, p_value))
 }
 
-fn rms(outcome: &PoolOutcome, residuals: &Residuals, joint: &Model, sequential: &Model) -> Option<ResidualRms> {
+fn rms(
+    outcome: &PoolOutcome,
+    residuals: &Residuals,
+    joint: &Model,
+    sequential: &Model,
+) -> Option<ResidualRms> {
     let of = |model: &Model| {
         let mut all = Sums::default();
-        residuals.sums(outcome, model).iter().for_each(|face| all.merge(face));
+        residuals
+            .sums(outcome, model)
+            .iter()
+            .for_each(|face| all.merge(face));
         all.rms()
     };
     Some(ResidualRms {
@@ -83,7 +111,10 @@ mod tests {
         let mut d = Vector6::zeros();
         d[1] = 2.0 * 12.591587_f64.sqrt();
         let (chi, p) = test(&d, &covariance).expect("regular");
-        assert!((chi - 12.591587).abs() < 1e-9 && (p - 0.05).abs() < 1e-6, "{chi} {p}");
+        assert!(
+            (chi - 12.591587).abs() < 1e-9 && (p - 0.05).abs() < 1e-6,
+            "{chi} {p}"
+        );
         covariance[(5, 5)] = 0.0;
         d[1] = 2.0 * 11.070498_f64.sqrt();
         let (_, p) = test(&d, &covariance).expect("regular");

@@ -37,11 +37,20 @@ pub struct Dropped {
 
 /// The outcome as `result.json` gives it.
 #[must_use]
-pub fn result(outcome: &PoolOutcome, input: &PoolInput, dropped: Dropped, provenance: Provenance) -> PoolResult {
+pub fn result(
+    outcome: &PoolOutcome,
+    input: &PoolInput,
+    dropped: Dropped,
+    provenance: Provenance,
+) -> PoolResult {
     let residuals = Residuals::of(outcome);
     let solutions = solutions(outcome, input);
     let reason = reason(outcome, &solutions);
-    let comparison = if reason.is_none() { comparison::compare(outcome, &solutions, &residuals) } else { None };
+    let comparison = if reason.is_none() {
+        comparison::compare(outcome, &solutions, &residuals)
+    } else {
+        None
+    };
     PoolResult {
         schema: SCHEMA,
         procedure: "pool".to_owned(),
@@ -58,11 +67,16 @@ pub fn result(outcome: &PoolOutcome, input: &PoolInput, dropped: Dropped, proven
 /// One entry per path that was asked for, whether it came to run or not.
 fn solutions(outcome: &PoolOutcome, input: &PoolInput) -> Solutions {
     let joint = input.method != Method::Sequential;
-    let simple = JointConfig { planes: Planes::Fixed, drift: Drift::Off, ..input.joint.clone() };
+    let simple = JointConfig {
+        planes: Planes::Fixed,
+        drift: Drift::Off,
+        ..input.joint.clone()
+    };
     Solutions {
         sequential: (input.method != Method::Joint).then(|| solutions::sequential(outcome, input)),
         joint: joint.then(|| solutions::joint(outcome.joint.as_ref(), input.joint, outcome, input)),
-        joint_simple: (joint && input.joint.simple).then(|| solutions::joint(outcome.simple.as_ref(), &simple, outcome, input)),
+        joint_simple: (joint && input.joint.simple)
+            .then(|| solutions::joint(outcome.simple.as_ref(), &simple, outcome, input)),
     }
 }
 
@@ -78,11 +92,19 @@ fn reason(outcome: &PoolOutcome, solutions: &Solutions) -> Option<String> {
     }
 }
 
+/// Ties of the returns: those of the joint path where it ran.
+fn returns_of<'o>(outcome: &'o PoolOutcome) -> &'o TieSet {
+    outcome
+        .joint
+        .as_ref()
+        .map_or(&outcome.returns, |joint| &joint.returns)
+}
+
 fn counts(outcome: &PoolOutcome, soundings: &TieSet, dropped: Dropped) -> Counts {
     let campaign = outcome.scene.campaign;
     Counts {
         soundings: sensor_counts(campaign.soundings.len(), soundings, dropped.soundings),
-        returns: sensor_counts(campaign.laser.len(), &outcome.returns, dropped.returns),
+        returns: sensor_counts(campaign.laser.len(), returns_of(outcome), dropped.returns),
     }
 }
 
@@ -90,12 +112,20 @@ fn counts(outcome: &PoolOutcome, soundings: &TieSet, dropped: Dropped) -> Counts
 fn sensor_counts(rows: usize, ties: &TieSet, dropped: u64) -> SensorCounts {
     let used = ties.ties.len() as u64;
     let judged = used + ties.rejected.values().sum::<u64>();
-    let mut rejected: std::collections::BTreeMap<String, u64> =
-        ties.rejected.iter().map(|(reason, n)| ((*reason).to_owned(), *n)).collect();
+    let mut rejected: std::collections::BTreeMap<String, u64> = ties
+        .rejected
+        .iter()
+        .map(|(reason, n)| ((*reason).to_owned(), *n))
+        .collect();
     *rejected.entry(NO_POSITION.to_owned()).or_default() += dropped;
-    *rejected.entry("not looked at".to_owned()).or_default() += (rows as u64).saturating_sub(judged);
+    *rejected.entry("not looked at".to_owned()).or_default() +=
+        (rows as u64).saturating_sub(judged);
     rejected.retain(|_, n| *n > 0);
-    SensorCounts { read: rows as u64 + dropped, used, rejected }
+    SensorCounts {
+        read: rows as u64 + dropped,
+        used,
+        rejected,
+    }
 }
 
 fn target_pose(outcome: &PoolOutcome) -> Option<TargetPose> {

@@ -8,7 +8,10 @@ use super::super::config::{Drift, JointConfig};
 use super::super::joint::{JointOutcome, Judgement, RETURNS, SIX, SOUNDINGS};
 use super::super::scene::Scene;
 use crate::adjust::{self, QualityOptions};
-use crate::results::{GlobalTest, GroupQuality, Observability, Prior, Quality, Reliability, SnoopingTest, WeakDirection, WorstObservation};
+use crate::results::{
+    GlobalTest, GroupQuality, Observability, Prior, Quality, Reliability, SnoopingTest,
+    WeakDirection, WorstObservation,
+};
 
 /// Worst conditions that are listed.
 const LISTED: usize = 20;
@@ -32,7 +35,13 @@ pub fn of(joint: &JointOutcome, scene: &Scene, config: &JointConfig) -> Option<Q
         variance_factor: global.variance_factor,
         degrees_of_freedom: global.degrees_of_freedom.max(0.0).round() as u64,
         global_test: global_test(global),
-        groups: judgement.quality.groups.iter().filter(|g| g.conditions > 0).map(group).collect(),
+        groups: judgement
+            .quality
+            .groups
+            .iter()
+            .filter(|g| g.conditions > 0)
+            .map(group)
+            .collect(),
         priors: priors(joint, scene, config),
         reliability: reliability(joint, judgement, scene),
         observability: observability(&joint.covariance),
@@ -48,7 +57,11 @@ fn global_test(test: &adjust::GlobalTest) -> GlobalTest {
         significance: options.global_alpha,
         passed: test.passed,
         practical_tolerance: Some(options.practical.1 - 1.0),
-        void_because: if test.void { "robust weights".to_owned() } else { String::new() },
+        void_because: if test.void {
+            "robust weights".to_owned()
+        } else {
+            String::new()
+        },
     }
 }
 
@@ -81,30 +94,64 @@ fn priors(joint: &JointOutcome, scene: &Scene, config: &JointConfig) -> Vec<Prio
     let mut all: Vec<Prior> = vec![];
     let mut push = |name: &str, sigma: f64, unit: &str| {
         if sigma > 0.0 {
-            all.push(Prior { name: name.to_owned(), standard_deviation: sigma, unit: unit.to_owned() });
+            all.push(Prior {
+                name: name.to_owned(),
+                standard_deviation: sigma,
+                unit: unit.to_owned(),
+            });
         }
     };
     let noise = &scene.campaign.trajectory.noise;
     if config.drift == Drift::On {
-        push("trajectory position, white per record", noise.position_m, "m");
-        push("trajectory roll and pitch, white per record", noise.roll_pitch_rad.to_degrees(), "deg");
-        push("trajectory heading, white per record", noise.heading_rad.to_degrees(), "deg");
+        push(
+            "trajectory position, white per record",
+            noise.position_m,
+            "m",
+        );
+        push(
+            "trajectory roll and pitch, white per record",
+            noise.roll_pitch_rad.to_degrees(),
+            "deg",
+        );
+        push(
+            "trajectory heading, white per record",
+            noise.heading_rad.to_degrees(),
+            "deg",
+        );
         push("trajectory position drift", noise.position_drift_m, "m");
-        push("trajectory heading drift", noise.heading_drift_rad.to_degrees(), "deg");
+        push(
+            "trajectory heading drift",
+            noise.heading_drift_rad.to_degrees(),
+            "deg",
+        );
     }
     if let (Some(_), Some(sigma)) = (&joint.blocks.scanner, &scene.campaign.scanner_sigma) {
         for (i, axis) in ["pitch", "roll", "yaw"].iter().enumerate() {
-            push(&format!("scanner {axis}"), sigma.rotation_rad[i].to_degrees(), "deg");
+            push(
+                &format!("scanner {axis}"),
+                sigma.rotation_rad[i].to_degrees(),
+                "deg",
+            );
         }
         for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-            push(&format!("scanner lever arm {axis}"), sigma.lever_arm_m[i], "m");
+            push(
+                &format!("scanner lever arm {axis}"),
+                sigma.lever_arm_m[i],
+                "m",
+            );
         }
     }
     let p = &config.prior;
-    for (name, sigma) in SIX.iter().zip([p.pitch_sigma_deg, p.roll_sigma_deg, p.yaw_sigma_deg]) {
+    for (name, sigma) in SIX
+        .iter()
+        .zip([p.pitch_sigma_deg, p.roll_sigma_deg, p.yaw_sigma_deg])
+    {
         push(name, sigma.unwrap_or(0.0), "deg");
     }
-    for (name, sigma) in SIX[3..].iter().zip([p.lx_sigma_m, p.ly_sigma_m, p.lz_sigma_m]) {
+    for (name, sigma) in SIX[3..]
+        .iter()
+        .zip([p.lx_sigma_m, p.ly_sigma_m, p.lz_sigma_m])
+    {
         push(name, sigma.unwrap_or(0.0), "m");
     }
     for (sigma_m, count) in tolerances(scene) {
@@ -115,9 +162,18 @@ fn priors(joint: &JointOutcome, scene: &Scene, config: &JointConfig) -> Vec<Prio
 
 /// The target's tolerances and how many offsets have each, smallest first.
 fn tolerances(scene: &Scene) -> Vec<(f64, usize)> {
-    let mut sigmas: Vec<f64> = scene.target.offsets.iter().map(|o| o.sigma_m).filter(|s| *s > 0.0).collect();
+    let mut sigmas: Vec<f64> = scene
+        .target
+        .offsets
+        .iter()
+        .map(|o| o.sigma_m)
+        .filter(|s| *s > 0.0)
+        .collect();
     sigmas.sort_by(f64::total_cmp);
-    sigmas.chunk_by(|a, b| a == b).map(|same| (same[0], same.len())).collect()
+    sigmas
+        .chunk_by(|a, b| a == b)
+        .map(|same| (same[0], same.len()))
+        .collect()
 }
 
 fn reliability(joint: &JointOutcome, judgement: &Judgement, scene: &Scene) -> Reliability {
@@ -133,8 +189,18 @@ fn reliability(joint: &JointOutcome, judgement: &Judgement, scene: &Scene) -> Re
         power: QualityOptions::default().power,
         significance: quality.single.alpha,
         tests: vec![
-            test("single test", quality.single.alpha, &quality.single, quality),
-            test("family-wise", QualityOptions::default().family_alpha, &quality.family, quality),
+            test(
+                "single test",
+                quality.single.alpha,
+                &quality.single,
+                quality,
+            ),
+            test(
+                "family-wise",
+                QualityOptions::default().family_alpha,
+                &quality.family,
+                quality,
+            ),
         ],
         largest_effect: effects(joint, quality, delta0),
         worst: worst
@@ -148,8 +214,17 @@ fn reliability(joint: &JointOutcome, judgement: &Judgement, scene: &Scene) -> Re
     }
 }
 
-fn test(name: &str, significance: f64, test: &adjust::ConditionTest, quality: &adjust::Quality) -> SnoopingTest {
-    let flagged = quality.worst.iter().filter(|one| one.normalised.abs() > test.critical).count();
+fn test(
+    name: &str,
+    significance: f64,
+    test: &adjust::ConditionTest,
+    quality: &adjust::Quality,
+) -> SnoopingTest {
+    let flagged = quality
+        .worst
+        .iter()
+        .filter(|one| one.normalised.abs() > test.critical)
+        .count();
     SnoopingTest {
         name: name.to_owned(),
         significance,
@@ -162,7 +237,10 @@ fn test(name: &str, significance: f64, test: &adjust::ConditionTest, quality: &a
 fn name_of(scene: &Scene, (group, row): (u16, u32)) -> String {
     let soundings = &scene.campaign.soundings;
     match group {
-        SOUNDINGS => format!("ping {} beam {}", soundings.ping[row as usize], soundings.beam[row as usize]),
+        SOUNDINGS => format!(
+            "ping {} beam {}",
+            soundings.ping[row as usize], soundings.beam[row as usize]
+        ),
         _ => format!("return {}", row + 1),
     }
 }
@@ -170,13 +248,19 @@ fn name_of(scene: &Scene, (group, row): (u16, u32)) -> String {
 /// Largest effect of an undetected bias on each of the six, degrees and metres.
 fn effects(joint: &JointOutcome, quality: &adjust::Quality, delta0: f64) -> BTreeMap<String, f64> {
     let x = &joint.solution.estimate.parameters;
-    let (turn, arm) = (x.offset(joint.blocks.mounting.rotation), x.offset(joint.blocks.mounting.lever_arm));
+    let (turn, arm) = (
+        x.offset(joint.blocks.mounting.rotation),
+        x.offset(joint.blocks.mounting.lever_arm),
+    );
     let size = |i: usize| {
         let column = if i < 3 { turn + i } else { arm + i - 3 };
         let effect = quality.effects.get(column).map_or(0.0, |e| e.size * delta0);
         if i < 3 { effect.to_degrees() } else { effect }
     };
-    (0..6).map(|i| (FIELDS[i].to_owned(), finite(size(i)))).filter(|(_, v)| *v != 0.0).collect()
+    (0..6)
+        .map(|i| (FIELDS[i].to_owned(), finite(size(i))))
+        .filter(|(_, v)| *v != 0.0)
+        .collect()
 }
 
 /// JSON knows no infinity.
@@ -189,25 +273,50 @@ fn observability(covariance: &Matrix6<f64>) -> Observability {
     let free: Vec<usize> = (0..6).filter(|&i| covariance[(i, i)] > 0.0).collect();
     let n = free.len();
     let sigma = |i: usize| covariance[(free[i], free[i])].sqrt();
-    let correlation = DMatrix::from_fn(n, n, |i, j| covariance[(free[i], free[j])] / (sigma(i) * sigma(j)));
+    let correlation = DMatrix::from_fn(n, n, |i, j| {
+        covariance[(free[i], free[j])] / (sigma(i) * sigma(j))
+    });
     let Some(normal) = correlation.clone().cholesky().map(|c| c.inverse()) else {
-        return Observability { condition_number: f64::MAX, rank: 0, weak: vec![] };
+        return Observability {
+            condition_number: f64::MAX,
+            rank: 0,
+            weak: vec![],
+        };
     };
-    let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] / (normal[(i, i)] * normal[(j, j)]).sqrt());
+    let scaled = DMatrix::from_fn(n, n, |i, j| {
+        normal[(i, j)] / (normal[(i, i)] * normal[(j, j)]).sqrt()
+    });
     let eigen = SymmetricEigen::new(scaled);
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     let value = |k: usize| eigen.eigenvalues[k].max(0.0);
-    let (low, high) = (order.first().map_or(1.0, |&k| value(k)), order.last().map_or(1.0, |&k| value(k)));
+    let (low, high) = (
+        order.first().map_or(1.0, |&k| value(k)),
+        order.last().map_or(1.0, |&k| value(k)),
+    );
     let weak = order.iter().filter(|&&k| value(k) < WEAK);
     Observability {
         condition_number: finite(high / low),
         rank: order.iter().filter(|&&k| value(k) > 1e-12 * high).count() as u32,
-        weak: weak.map(|&k| direction(&free, &eigen.eigenvectors.column(k).into_owned(), value(k), &correlation)).collect(),
+        weak: weak
+            .map(|&k| {
+                direction(
+                    &free,
+                    &eigen.eigenvectors.column(k).into_owned(),
+                    value(k),
+                    &correlation,
+                )
+            })
+            .collect(),
     }
 }
 
-fn direction(free: &[usize], axis: &nalgebra::DVector<f64>, value: f64, correlation: &DMatrix<f64>) -> WeakDirection {
+fn direction(
+    free: &[usize],
+    axis: &nalgebra::DVector<f64>,
+    value: f64,
+    correlation: &DMatrix<f64>,
+) -> WeakDirection {
     let largest = axis.amax();
     let kept = (0..free.len()).filter(|&i| axis[i].abs() >= SMALL * largest);
     let mut order: Vec<usize> = (0..free.len()).collect();
@@ -225,15 +334,24 @@ fn direction(free: &[usize], axis: &nalgebra::DVector<f64>, value: f64, correlat
 
 /// Two parameters that the data hardly tell apart, and what would.
 fn words(a: usize, b: usize, correlation: f64) -> String {
-    const NAMES: [&str; 6] =
-        ["pitch", "roll", "yaw", "the off-centre (right) lever arm", "the forward lever arm", "the vertical lever arm"];
+    const NAMES: [&str; 6] = [
+        "pitch",
+        "roll",
+        "yaw",
+        "the off-centre (right) lever arm",
+        "the forward lever arm",
+        "the vertical lever arm",
+    ];
     let help = match (a.min(b), a.max(b)) {
         (2, 3 | 4) => "a pass at another distance separates them",
         (0 | 1, 5) | (1, 3) => "horizontal faces at other distances and heights separate them",
         (0, 2 | 4) => "inclined and horizontal faces seen from another distance separate them",
         _ => "passes at other distances and headings help",
     };
-    format!("{} and {} are nearly inseparable (correlation {correlation:.2}); {help}", NAMES[a], NAMES[b])
+    format!(
+        "{} and {} are nearly inseparable (correlation {correlation:.2}); {help}",
+        NAMES[a], NAMES[b]
+    )
 }
 
 #[cfg(test)]
@@ -247,10 +365,20 @@ mod tests {
         (covariance[(2, 4)], covariance[(4, 2)]) = (-0.99 * 6e-6, -0.99 * 6e-6);
         let found = observability(&covariance);
         assert_eq!(found.rank, 5);
-        assert!((found.condition_number - 1.99 / 0.01).abs() < 1e-6, "{}", found.condition_number);
+        assert!(
+            (found.condition_number - 1.99 / 0.01).abs() < 1e-6,
+            "{}",
+            found.condition_number
+        );
         assert_eq!(found.weak.len(), 1);
         let weak = &found.weak[0];
         assert!((weak.sigma - 10.0).abs() < 1e-9 && weak.combination.len() == 2);
-        assert!(weak.text.contains("yaw") && weak.text.contains("correlation -0.99") && weak.text.contains("another distance"), "{}", weak.text);
+        assert!(
+            weak.text.contains("yaw")
+                && weak.text.contains("correlation -0.99")
+                && weak.text.contains("another distance"),
+            "{}",
+            weak.text
+        );
     }
 }

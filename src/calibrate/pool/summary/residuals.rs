@@ -7,7 +7,7 @@ use super::super::joint::JointOutcome;
 use super::super::planes;
 use super::super::run::PoolOutcome;
 use super::super::scene::Scene;
-use super::super::ties::{Tie, TieSet, tie_soundings};
+use super::super::ties::{Association, Tie, TieSet, tie_soundings};
 use crate::geometry::plane::Plane;
 use crate::georef::georeference;
 use crate::matching::{Patches, Water};
@@ -34,7 +34,11 @@ impl Model {
     /// A mounting without latency and scale.
     #[must_use]
     pub fn plain(mounting: Mounting) -> Self {
-        Self { mounting, latency_s: 0.0, range_scale: 0.0 }
+        Self {
+            mounting,
+            latency_s: 0.0,
+            range_scale: 0.0,
+        }
     }
 
     /// The model that a joint path found.
@@ -69,15 +73,28 @@ impl Residuals {
             Some(Ok(found)) => Some(Model::plain(found.mounting)),
             _ => None,
         };
-        let model = |joint: &Option<JointOutcome>| joint.as_ref().filter(|j| is_finite(&j.mounting)).map(Model::of_joint);
-        let models = PerPath { sequential, joint: model(&outcome.joint), joint_simple: model(&outcome.simple) };
+        let model = |joint: &Option<JointOutcome>| {
+            joint
+                .as_ref()
+                .filter(|j| is_finite(&j.mounting))
+                .map(Model::of_joint)
+        };
+        let models = PerPath {
+            sequential,
+            joint: model(&outcome.joint),
+            joint_simple: model(&outcome.simple),
+        };
         let faces = face_planes(outcome);
         let ties = match (&outcome.joint, sequential) {
             (Some(joint), _) => joint.soundings.clone(),
             (None, Some(model)) => tie_again(outcome, &model.mounting),
             (None, None) => TieSet::default(),
         };
-        Self { ties, faces, models }
+        Self {
+            ties,
+            faces,
+            models,
+        }
     }
 
     /// Signed distance of a tied sounding from its face, outwards, metres.
@@ -90,7 +107,12 @@ impl Residuals {
     /// Count, sum and sum of squares of the distances on every face, metres; summed in the order of the rows.
     #[must_use]
     pub fn sums(&self, outcome: &PoolOutcome, model: &Model) -> Vec<Sums> {
-        let chunks: Vec<Vec<Sums>> = self.ties.ties.par_chunks(CHUNK).map(|part| self.part(outcome, model, part)).collect();
+        let chunks: Vec<Vec<Sums>> = self
+            .ties
+            .ties
+            .par_chunks(CHUNK)
+            .map(|part| self.part(outcome, model, part))
+            .collect();
         let mut all = vec![Sums::default(); self.faces.len()];
         for chunk in &chunks {
             all.iter_mut().zip(chunk).for_each(|(a, b)| a.merge(b));
@@ -155,7 +177,11 @@ pub fn sounding_point(scene: &Scene, row: usize, model: &Model) -> Option<Vector
 }
 
 fn is_finite(mounting: &Mounting) -> bool {
-    mounting.rotation.iter().chain(mounting.lever_arm_m.iter()).all(|v| v.is_finite())
+    mounting
+        .rotation
+        .iter()
+        .chain(mounting.lever_arm_m.iter())
+        .all(|v| v.is_finite())
 }
 
 /// Every face's plane, normal to the outside.
@@ -167,14 +193,24 @@ fn face_planes(outcome: &PoolOutcome) -> Vec<Option<Plane>> {
                 let found = joint.blocks.faces[k].as_ref()?;
                 let x = &joint.solution.estimate.parameters;
                 let own_m = found.offset.map_or(found.design_m, |id| x.euclidean(id)[0]);
-                Plane { normal: x.normal(found.normal), offset_m: x.euclidean(found.distance)[0] + own_m }
+                Plane {
+                    normal: x.normal(found.normal),
+                    offset_m: x.euclidean(found.distance)[0] + own_m,
+                }
             }
             None => {
                 let fitted = outcome.planes.get(face.group)?.as_ref()?.fit.plane;
-                Plane { offset_m: fitted.offset_m + target.design_offset_m(k), ..fitted }
+                Plane {
+                    offset_m: fitted.offset_m + target.design_offset_m(k),
+                    ..fitted
+                }
             }
         };
-        Some(if face.facing < 0.0 { group.flipped() } else { group })
+        Some(if face.facing < 0.0 {
+            group.flipped()
+        } else {
+            group
+        })
     };
     target.faces.iter().enumerate().map(plane).collect()
 }
@@ -182,9 +218,22 @@ fn face_planes(outcome: &PoolOutcome) -> Vec<Option<Plane>> {
 /// Ties of all soundings under a mounting, against the scanner's planes.
 fn tie_again(outcome: &PoolOutcome, mounting: &Mounting) -> TieSet {
     let scene = &outcome.scene;
-    let mut patches = Patches::new(scene.target, Water::Below, scene.campaign.water_level_m, &scene.origins(mounting));
-    let fitted: Vec<Option<Plane>> = outcome.planes.iter().map(|p| p.map(|p| p.fit.plane)).collect();
+    let mut patches = Patches::new(
+        scene.target,
+        Water::Below,
+        scene.campaign.water_level_m,
+        &scene.origins(mounting),
+    );
+    let fitted: Vec<Option<Plane>> = outcome
+        .planes
+        .iter()
+        .map(|p| p.map(|p| p.fit.plane))
+        .collect();
     planes::apply(&mut patches, scene, &fitted);
     let near = scene.soundings_near(&patches, mounting, 0.5);
-    tie_soundings(scene, &patches, &near, mounting, 0.0, 0.0, GATE)
+    let gate = Association {
+        gate_sigmas: GATE,
+        corrected: None,
+    };
+    tie_soundings(scene, &patches, &near, mounting, 0.0, 0.0, &gate)
 }

@@ -3,10 +3,12 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::residuals::{Model, Residuals, Sums, sounding_point};
 use super::super::run::PoolOutcome;
 use super::super::ties::{Tie, TieSet};
-use crate::results::{FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample, Truth};
+use super::residuals::{Model, Residuals, Sums, sounding_point};
+use crate::results::{
+    FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample, Truth,
+};
 use crate::target::Role;
 
 /// Most tied soundings or returns that are shown, and most of the others.
@@ -36,7 +38,12 @@ fn faces(outcome: &PoolOutcome) -> Vec<FaceSample> {
     let sample = |face: &crate::target::Face| FaceSample {
         name: face.name.clone(),
         role: role(face.role).to_owned(),
-        vertices_m: face.outline.vertices_m.iter().map(|v| (*v).into()).collect(),
+        vertices_m: face
+            .outline
+            .vertices_m
+            .iter()
+            .map(|v| (*v).into())
+            .collect(),
         above_water: face.outline.vertices_m.iter().any(|v| v.z > level_m),
     };
     outcome.scene.target.faces.iter().map(sample).collect()
@@ -54,7 +61,10 @@ fn role(role: Role) -> &'static str {
 
 /// Rows to show, ascending: some of those tied, with their tie, and some of the others.
 fn chosen(rows: usize, ties: &TieSet) -> Vec<(usize, Option<Tie>)> {
-    let mut both: Vec<_> = thinned(&ties.ties, MOST_TIED).into_iter().map(|t| (t.row as usize, Some(t))).collect();
+    let mut both: Vec<_> = thinned(&ties.ties, MOST_TIED)
+        .into_iter()
+        .map(|t| (t.row as usize, Some(t)))
+        .collect();
     let others = rows.saturating_sub(ties.ties.len());
     let mut tied = ties.ties.iter().map(|t| t.row as usize).peekable();
     let untied = (0..rows).filter(|row| tied.next_if_eq(row).is_none());
@@ -73,10 +83,13 @@ fn thinned<T: Copy>(items: &[T], most: usize) -> Vec<T> {
 fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample> {
     let nominal = Model::plain(outcome.scene.campaign.sonar);
     let sample = |(row, tie): &(usize, Option<Tie>)| {
-        let place = |model: Option<Model>| model.and_then(|m| sounding_point(&outcome.scene, *row, &m));
+        let place =
+            |model: Option<Model>| model.and_then(|m| sounding_point(&outcome.scene, *row, &m));
         let models = &residuals.models;
         let at = each(models, |m| place(Some(*m)));
-        let off = |p: &Vector3<f64>| tie.and_then(|t| Some(residuals.faces[t.face as usize]?.distance_m(p)));
+        let off = |p: &Vector3<f64>| {
+            tie.and_then(|t| Some(residuals.faces[t.face as usize]?.distance_m(p)))
+        };
         let before = place(Some(nominal))?;
         Some(SoundingSample {
             nominal_m: before.into(),
@@ -106,11 +119,15 @@ fn returns(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<ReturnSample> {
         Some(ReturnSample {
             position_m: point.into(),
             face: tie.map(|t| u32::from(t.face)),
-            residual_m: tie.and_then(|t| Some(residuals.faces[t.face as usize]?.distance_m(&point))),
+            residual_m: tie
+                .and_then(|t| Some(residuals.faces[t.face as usize]?.distance_m(&point))),
             used: tie.is_some(),
         })
     };
-    let rows = chosen(outcome.scene.campaign.laser.len(), &outcome.returns);
+    let rows = chosen(
+        outcome.scene.campaign.laser.len(),
+        super::returns_of(outcome),
+    );
     rows.par_iter().filter_map(sample).collect()
 }
 
@@ -123,7 +140,12 @@ fn tracks(outcome: &PoolOutcome) -> Vec<Vec<[f64; 3]>> {
     let mut parts = vec![];
     for end in 1..=times.len() {
         if end == times.len() || times[end] - times[end - 1] > gap_s {
-            parts.push(thinned(&positions[begin..end], MOST_TRACK).iter().map(|p| (*p).into()).collect());
+            parts.push(
+                thinned(&positions[begin..end], MOST_TRACK)
+                    .iter()
+                    .map(|p| (*p).into())
+                    .collect(),
+            );
             begin = end;
         }
     }
@@ -151,11 +173,22 @@ mod tests {
 
     #[test]
     fn rows_are_shown_once_in_order_with_their_ties() {
-        let ties = TieSet { ties: (0..50_000).map(|k| Tie { row: 2 * k, face: 3 }).collect(), ..TieSet::default() };
+        let ties = TieSet {
+            ties: (0..50_000)
+                .map(|k| Tie {
+                    row: 2 * k,
+                    face: 3,
+                })
+                .collect(),
+            ..TieSet::default()
+        };
         let rows = chosen(100_000, &ties);
         assert_eq!(rows.len(), MOST_TIED + MOST_OTHERS);
         assert!(rows.windows(2).all(|w| w[0].0 < w[1].0));
-        assert!(rows.iter().all(|(row, tie)| tie.is_some() == (row % 2 == 0)));
+        assert!(
+            rows.iter()
+                .all(|(row, tie)| tie.is_some() == (row % 2 == 0))
+        );
         assert!(thinned::<u8>(&[], 5).is_empty());
     }
 }

@@ -2,15 +2,16 @@
 
 use nalgebra::{Matrix6, Vector3};
 
-use super::quality;
 use super::super::config::{JointConfig, Variant};
 use super::super::joint::JointOutcome;
 use super::super::run::{PoolInput, PoolOutcome};
 use super::super::verdict::Refusal;
+use super::quality;
 use crate::adjust::{self, BlockId, Limits};
 use crate::observe::Mounting;
 use crate::results::{
-    Angles, Estimate, ExtraParameter, JointIteration, JointSolution, MountingAngles, SequentialSolution, SixSigmas, Status,
+    Angles, Estimate, ExtraParameter, JointIteration, JointSolution, MountingAngles,
+    SequentialSolution, SixSigmas, Status,
 };
 
 /// The reference path.
@@ -28,7 +29,12 @@ fn no_sequential(input: &PoolInput, message: String) -> SequentialSolution {
         Variant::Projected => "projected",
     };
     SequentialSolution {
-        variant: variant.to_owned() + if input.sequential.repeated { ", repeated" } else { "" },
+        variant: variant.to_owned()
+            + if input.sequential.repeated {
+                ", repeated"
+            } else {
+                ""
+            },
         status: Status::Refused,
         usable: false,
         message,
@@ -38,11 +44,19 @@ fn no_sequential(input: &PoolInput, message: String) -> SequentialSolution {
 }
 
 fn not_run(outcome: &PoolOutcome) -> String {
-    outcome.refusal.as_ref().map_or_else(|| "did not run".to_owned(), ToString::to_string)
+    outcome
+        .refusal
+        .as_ref()
+        .map_or_else(|| "did not run".to_owned(), ToString::to_string)
 }
 
 /// A joint path; refused with the run's reason where it did not come to run.
-pub fn joint(joint: Option<&JointOutcome>, config: &JointConfig, outcome: &PoolOutcome, input: &PoolInput) -> JointSolution {
+pub fn joint(
+    joint: Option<&JointOutcome>,
+    config: &JointConfig,
+    outcome: &PoolOutcome,
+    input: &PoolInput,
+) -> JointSolution {
     let Some(joint) = joint else {
         return no_joint(not_run(outcome));
     };
@@ -53,7 +67,12 @@ pub fn joint(joint: Option<&JointOutcome>, config: &JointConfig, outcome: &PoolO
             adjust::Status::RankDeficient { .. } => Status::RankDeficient,
             _ => Status::Refused,
         };
-        return JointSolution { status, iterations, quality, ..no_joint(refusal.to_string()) };
+        return JointSolution {
+            status,
+            iterations,
+            quality,
+            ..no_joint(refusal.to_string())
+        };
     }
     let (status, message) = ending(joint);
     JointSolution {
@@ -85,10 +104,16 @@ fn no_joint(message: String) -> JointSolution {
 
 fn ending(joint: &JointOutcome) -> (Status, String) {
     match (&joint.solution.status, joint.stable) {
-        (adjust::Status::Stalled, _) => (Status::Stalled, "no step lowers the cost any more".to_owned()),
+        (adjust::Status::Stalled, _) => (
+            Status::Stalled,
+            "no step lowers the cost any more".to_owned(),
+        ),
         (_, false) => (
             Status::Stalled,
-            format!("after {} rounds some soundings still change their face", joint.rounds.len()),
+            format!(
+                "after {} rounds some soundings still change their face",
+                joint.rounds.len()
+            ),
         ),
         _ => (Status::Converged, String::new()),
     }
@@ -164,8 +189,14 @@ fn rows(m: &Matrix6<f64>) -> crate::results::Matrix6 {
 /// Latency and range scale, each with its verdict.
 fn extra(joint: &JointOutcome) -> Vec<ExtraParameter> {
     let limits = Limits::default();
-    let latency = joint.blocks.latency.map(|id| scalar(joint, id, "latency_s", "s", limits.second));
-    let scale = joint.blocks.range_scale.map(|id| scalar(joint, id, "range_scale", "1", limits.one));
+    let latency = joint
+        .blocks
+        .latency
+        .map(|id| scalar(joint, id, "latency_s", "s", limits.second));
+    let scale = joint
+        .blocks
+        .range_scale
+        .map(|id| scalar(joint, id, "range_scale", "1", limits.one));
     latency.into_iter().chain(scale).collect()
 }
 
