@@ -8,7 +8,7 @@ use super::planes;
 use super::run::{PoolError, PoolInput};
 use super::scene::Scene;
 use super::ties::{self, Association, TieSet};
-use super::verdict::Refusal;
+use super::verdict::{Refusal, undetermined_by};
 use crate::geometry::plane::Plane;
 use crate::matching::{Patches, Water};
 use crate::observe::Campaign;
@@ -73,22 +73,8 @@ pub struct Predicted {
 }
 
 impl Predicted {
-    fn of(covariance: &Matrix6<f64>, config: &JointConfig) -> Self {
+    fn of(covariance: &Matrix6<f64>, soundings: &TieSet, input: &PoolInput) -> Self {
         let sigma = |i: usize| covariance[(i, i)].sqrt();
-        let shown = |i: usize| {
-            let (value, limit, unit) = if i < 3 {
-                (sigma(i).to_degrees(), config.max_sigma_deg, "deg")
-            } else {
-                (sigma(i), config.max_sigma_m, "m")
-            };
-            let beyond = !(value <= limit);
-            beyond.then(|| {
-                format!(
-                    "{} (standard deviation {value:.2} {unit}, limit {limit} {unit})",
-                    SIX[i]
-                )
-            })
-        };
         let pairs = (0..6).flat_map(|i| (i + 1..6).map(move |j| (i, j)));
         let correlated = pairs.filter_map(|(i, j)| {
             let r = covariance[(i, j)] / (sigma(i) * sigma(j));
@@ -103,7 +89,7 @@ impl Predicted {
                 ly_m: sigma(4),
                 lz_m: sigma(5),
             },
-            undetermined: (0..6).filter_map(shown).collect(),
+            undetermined: undetermined_by(covariance, soundings, input),
             inseparable: correlated.collect(),
         }
     }
@@ -174,10 +160,8 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
             candidates: &near,
         };
         if refusal.is_none() {
-            predicted = Some(Predicted::of(
-                &joint::predict(&scene, &start, &patches, input.joint)?.0,
-                input.joint,
-            ));
+            let (covariance, _) = joint::predict(&scene, &start, &patches, input.joint)?;
+            predicted = Some(Predicted::of(&covariance, &soundings, input));
         }
         passes = split(&scene, &soundings);
     }
