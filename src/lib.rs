@@ -1,5 +1,23 @@
 //! Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true.
 //!
+//! ```
+//! use boresight::calibrate::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
+//! use boresight::simulate::{DEMO, Scenario, simulate};
+//!
+//! let mut scenario = Scenario::from_toml(DEMO)?;
+//! (scenario.multibeam.beams, scenario.lidar.points_per_line) = (64, 100); // thinned, to be quick
+//! let survey = simulate(&scenario, 1)?;
+//! let (sequential, joint) = (SequentialConfig::default(), JointConfig::default());
+//! let (campaign, target, prior) = (&survey.campaign, &survey.target, &survey.prior);
+//! let method = Method::Both;
+//! let input = PoolInput { campaign, target, prior, method, sequential: &sequential, joint: &joint, seed: 1 };
+//! let found = calibrate(&input, &|step| eprintln!("{step}"))?.joint.ok_or("refused")?;
+//! let (lever_arm_m, sigma) = (found.mounting.lever_arm_m, found.covariance.diagonal().map(f64::sqrt));
+//! println!("forward lever arm {:.4} m, one sigma {:.4} m", lever_arm_m.y, sigma[4]);
+//! # assert!((lever_arm_m - survey.truth.lever_arm()).norm() < 0.02 && sigma[4] < 0.01);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Data flows one way: files → observations → georeferencing → planes and ties → adjustment → results → report.
 //! A module imports only from floors below its own (`tests/layers.rs` holds the table).
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, Table};
 use serde_json::{Value, json};
 
 use super::Ending;
@@ -11,7 +11,8 @@ use super::calibrate::{input, notes};
 use super::error::CliError;
 use super::talk::Talk;
 use crate::calibrate::pool::Method;
-use crate::calibrate::pool::preview::{PassSpan, Preview, preview};
+use crate::calibrate::pool::preview::{PassSpan, Predicted, Preview, preview};
+use crate::report::text::ruled_table;
 use crate::survey::clock::Span;
 use crate::survey::{self, LoadedSurvey};
 
@@ -31,7 +32,11 @@ pub fn run(args: &Check, talk: &Talk) -> Result<Ending, CliError> {
         &text,
         format!("{:#}\n", as_json(&survey, &preview)).as_bytes(),
     )?;
-    Ok(if preview.refusal.is_some() {
+    let undetermined = preview
+        .predicted
+        .as_ref()
+        .is_some_and(|p| !p.undetermined.is_empty());
+    Ok(if preview.refusal.is_some() || undetermined {
         Ending::Unusable
     } else {
         Ending::Usable
@@ -118,6 +123,9 @@ fn geometry(preview: &Preview) -> String {
     for (k, pass) in preview.passes.iter().enumerate() {
         text.push_str(&pass_line(k, pass));
     }
+    if let Some(predicted) = &preview.predicted {
+        text.push_str(&expected(predicted));
+    }
     if let Some(refusal) = &preview.refusal {
         let _ = writeln!(text, "A calibration would be refused: {refusal}.");
     } else if preview.advice.is_empty() {
@@ -125,6 +133,34 @@ fn geometry(preview: &Preview) -> String {
     }
     for sentence in &preview.advice {
         let _ = writeln!(text, "Advice: {sentence}.");
+    }
+    text
+}
+
+/// The standard deviations to expect, and what would be refused.
+fn expected(predicted: &Predicted) -> String {
+    let s = &predicted.sigmas;
+    let mut text = format!(
+        "Expected standard deviations of the joint path: pitch {:.4}, roll {:.4}, yaw {:.4} deg; lever arm right {:.2}, forward {:.2}, up {:.2} mm\n",
+        s.pitch_deg,
+        s.roll_deg,
+        s.yaw_deg,
+        1e3 * s.lx_m,
+        1e3 * s.ly_m,
+        1e3 * s.lz_m
+    );
+    for (a, b, correlation) in &predicted.inseparable {
+        let _ = writeln!(
+            text,
+            "Nearly inseparable: {a} and {b} (correlation {correlation:.3})"
+        );
+    }
+    if !predicted.undetermined.is_empty() {
+        let _ = writeln!(
+            text,
+            "Not determined: {}; a calibration would be refused.",
+            predicted.undetermined.join(", ")
+        );
     }
     text
 }
@@ -140,8 +176,7 @@ fn pass_line(k: usize, pass: &PassSpan) -> String {
 }
 
 fn table<const N: usize>(header: [&str; N]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    let mut table = ruled_table();
     table.set_header(header);
     table
 }
@@ -171,6 +206,8 @@ fn as_json(survey: &LoadedSurvey, preview: &Preview) -> Value {
         "data": data,
         "on_target": seen.collect::<Vec<_>>(),
         "passes": passes.collect::<Vec<_>>(),
+        "expected_standard_deviation": preview.predicted.as_ref().filter(|p| p.undetermined.is_empty()).map(|p| p.sigmas),
+        "undetermined": preview.predicted.as_ref().map(|p| &p.undetermined),
         "refused": preview.refusal.as_ref().map(ToString::to_string),
         "advice": preview.advice,
         "notes": survey.notes,

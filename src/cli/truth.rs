@@ -1,9 +1,10 @@
 //! A result against the truth of a simulated survey.
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::CellAlignment;
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 use crate::geometry::rotation;
+use crate::report::text::ruled_table;
 use crate::results::{self, Angles, Estimate, PoolResult};
 use crate::simulate::Truth;
 
@@ -45,8 +46,7 @@ pub fn table(result: &PoolResult, truth: &Truth) -> String {
         .joint
         .as_ref()
         .and_then(|s| Some((errors(&s.estimate, truth)?, s.standard_deviation?)));
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    let mut table = ruled_table();
     table.set_header([
         "error against the truth",
         "sequential",

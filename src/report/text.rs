@@ -6,7 +6,7 @@ use crate::results::{
     Estimate, JointSolution, PoolResult, Quality, SensorCounts, SequentialSolution, SixSigmas,
 };
 use crate::units::with_sigma;
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, LineStyle, Table, presets};
 use std::fmt::Write;
 
 /// A summary of some thirty lines: verdict, both paths side by side, the mounting to enter, ends, tests, weak directions, counts.
@@ -29,6 +29,14 @@ pub fn summary(result: &PoolResult) -> String {
     text
 }
 
+/// An empty table for the terminal with lines above, below and under its header only.
+#[must_use]
+pub fn ruled_table() -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY.row_separator(LineStyle::none()));
+    table
+}
+
 fn paragraph(text: &mut String, lines: &str) {
     if !lines.is_empty() {
         text.push('\n');
@@ -48,8 +56,7 @@ fn corrections(result: &PoolResult) -> String {
     if columns.is_empty() {
         return String::new();
     }
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    let mut table = ruled_table();
     table.set_header(
         ["correction".to_string()]
             .into_iter()

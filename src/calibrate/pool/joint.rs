@@ -36,7 +36,7 @@ const STABLE_SHARE: usize = 500;
 /// Rounds of data snooping at the most.
 const MOST_SNOOPS: usize = 3;
 /// Conditions with the largest normalised residuals that are listed.
-const WORST: usize = 20;
+const WORST: usize = 1000;
 
 /// One outer iteration, for the report.
 #[derive(Clone, Copy, Debug, PartialEq)]

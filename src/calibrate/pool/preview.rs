@@ -1,14 +1,18 @@
 //! What a survey will determine, before anything is solved: what lies on the target, from where, and what would help.
 
+use nalgebra::Matrix6;
+
 use super::config::JointConfig;
+use super::joint::{self, JointStart, SIX};
 use super::planes;
 use super::run::{PoolError, PoolInput};
 use super::scene::Scene;
 use super::ties::{self, Association, TieSet};
-use super::verdict::Refusal;
+use super::verdict::{Refusal, undetermined_by};
 use crate::geometry::plane::Plane;
 use crate::matching::{Patches, Water};
 use crate::observe::Campaign;
+use crate::results::SixSigmas;
 use crate::target::{Role, Target};
 
 /// Gate of the first association of returns, in the configured gates.
@@ -51,8 +55,51 @@ pub struct Preview {
     pub passes: Vec<PassSpan>,
     /// What stops a calibration already.
     pub refusal: Option<Refusal>,
+    /// Standard deviations to expect; `None` when a calibration would be refused before it is solved.
+    pub predicted: Option<Predicted>,
     /// Sentences of advice.
     pub advice: Vec<String>,
+}
+
+/// What the joint path promises, from one linearisation at the rough mounting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Predicted {
+    /// One sigma of each of the six; a held one has 0.
+    pub sigmas: SixSigmas,
+    /// Those beyond the configured limits, with their sigma: not determined.
+    pub undetermined: Vec<String>,
+    /// Pairs correlated beyond 0.95, with the correlation.
+    pub inseparable: Vec<(&'static str, &'static str, f64)>,
+}
+
+impl Predicted {
+    fn of(covariance: &Matrix6<f64>, soundings: &TieSet, input: &PoolInput) -> Self {
+        let sigma = |i: usize| covariance[(i, i)].sqrt();
+        let pairs = (0..6).flat_map(|i| (i + 1..6).map(move |j| (i, j)));
+        let correlated = pairs.filter_map(|(i, j)| {
+            let r = covariance[(i, j)] / (sigma(i) * sigma(j));
+            (r.abs() > 0.95).then_some((SIX[i], SIX[j], r))
+        });
+        Self {
+            sigmas: SixSigmas {
+                pitch_deg: sigma(0).to_degrees(),
+                roll_deg: sigma(1).to_degrees(),
+                yaw_deg: sigma(2).to_degrees(),
+                lx_m: sigma(3),
+                ly_m: sigma(4),
+                lz_m: sigma(5),
+            },
+            undetermined: undetermined_by(covariance, soundings, input),
+            inseparable: correlated.collect(),
+        }
+    }
+}
+
+fn gate(gate_sigmas: f64) -> Association<'static> {
+    Association {
+        gate_sigmas,
+        corrected: None,
+    }
 }
 
 const ROLES: [(Role, &str); 5] = [
@@ -76,24 +123,15 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
         campaign.water_level_m,
         &scene.origins(&campaign.scanner),
     );
-    let wide = ties::tie_returns(
-        &scene,
-        &laser,
-        None,
-        &Association::before(WIDE * input.joint.gate_sigma),
-    );
+    let wide = ties::tie_returns(&scene, &laser, None, &gate(WIDE * input.joint.gate_sigma));
     let found = planes::extract(&scene, &wide, input.seed);
     let fitted: Vec<Option<Plane>> = found.iter().map(|p| p.map(|p| p.fit.plane)).collect();
     planes::apply(&mut laser, &scene, &fitted);
-    let returns = ties::tie_returns(
-        &scene,
-        &laser,
-        None,
-        &Association::before(input.joint.gate_sigma),
-    );
+    let returns = ties::tie_returns(&scene, &laser, None, &gate(input.joint.gate_sigma));
     let mut refusal = Refusal::of_scanner(&scene, &found, &wide);
     let mut soundings = TieSet::default();
     let mut passes = vec![];
+    let mut predicted = None;
     if refusal.is_none() {
         let rough = scene.rough_mounting();
         refusal = Refusal::of_soundings(&scene, &rough);
@@ -105,6 +143,7 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
         );
         planes::apply(&mut patches, &scene, &fitted);
         let near = scene.soundings_near(&patches, &rough.mounting, CANDIDATE_M);
+        let association = gate(input.joint.gate_sigma);
         soundings = ties::tie_soundings(
             &scene,
             &patches,
@@ -112,8 +151,18 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
             &rough.mounting,
             0.0,
             0.0,
-            &Association::before(input.joint.gate_sigma),
+            &association,
         );
+        let start = JointStart {
+            mounting: rough.mounting,
+            planes: &found,
+            returns: &returns,
+            candidates: &near,
+        };
+        if refusal.is_none() {
+            let (covariance, _) = joint::predict(&scene, &start, &patches, input.joint)?;
+            predicted = Some(Predicted::of(&covariance, &soundings, input));
+        }
         passes = split(&scene, &soundings);
     }
     let seen = ROLES.map(|(role, name)| {
@@ -134,6 +183,7 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
         seen,
         passes,
         refusal,
+        predicted,
         advice,
     })
 }

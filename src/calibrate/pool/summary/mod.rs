@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`result`] | the whole [`PoolResult`], its counts and the target's pose |
 //! | `solutions` | an outcome of one path as its solution |
+//! | `quality` | what the engine says of an adjustment, with names and in words |
 //! | `comparison` | the paths against each other |
 //! | [`residuals`] | distances of the soundings from the planes under each path's mounting |
 //! | [`samples()`] | decimated points for the pictures |
@@ -16,6 +17,7 @@ mod solutions;
 
 pub use samples::samples;
 
+use super::config::{Drift, JointConfig, Planes};
 use super::run::{Method, PoolInput, PoolOutcome};
 use super::ties::TieSet;
 use crate::results::{Counts, PoolResult, Provenance, SCHEMA, SensorCounts, Solutions, TargetPose};
@@ -65,11 +67,16 @@ pub fn result(
 /// One entry per path that was asked for, whether it came to run or not.
 fn solutions(outcome: &PoolOutcome, input: &PoolInput) -> Solutions {
     let joint = input.method != Method::Sequential;
+    let simple = JointConfig {
+        planes: Planes::Fixed,
+        drift: Drift::Off,
+        ..input.joint.clone()
+    };
     Solutions {
         sequential: (input.method != Method::Joint).then(|| solutions::sequential(outcome, input)),
-        joint: joint.then(|| solutions::joint(outcome.joint.as_ref(), outcome, input)),
+        joint: joint.then(|| solutions::joint(outcome.joint.as_ref(), input.joint, outcome, input)),
         joint_simple: (joint && input.joint.simple)
-            .then(|| solutions::joint(outcome.simple.as_ref(), outcome, input)),
+            .then(|| solutions::joint(outcome.simple.as_ref(), &simple, outcome, input)),
     }
 }
 
@@ -85,11 +92,19 @@ fn reason(outcome: &PoolOutcome, solutions: &Solutions) -> Option<String> {
     }
 }
 
+/// Ties of the returns: those of the joint path where it ran.
+fn returns_of<'o>(outcome: &'o PoolOutcome) -> &'o TieSet {
+    outcome
+        .joint
+        .as_ref()
+        .map_or(&outcome.returns, |joint| &joint.returns)
+}
+
 fn counts(outcome: &PoolOutcome, soundings: &TieSet, dropped: Dropped) -> Counts {
     let campaign = outcome.scene.campaign;
     Counts {
         soundings: sensor_counts(campaign.soundings.len(), soundings, dropped.soundings),
-        returns: sensor_counts(campaign.laser.len(), &outcome.returns, dropped.returns),
+        returns: sensor_counts(campaign.laser.len(), returns_of(outcome), dropped.returns),
     }
 }
 

@@ -124,7 +124,10 @@ fn returns(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<ReturnSample> {
             used: tie.is_some(),
         })
     };
-    let rows = chosen(outcome.scene.campaign.laser.len(), &outcome.returns);
+    let rows = chosen(
+        outcome.scene.campaign.laser.len(),
+        super::returns_of(outcome),
+    );
     rows.par_iter().filter_map(sample).collect()
 }
 
