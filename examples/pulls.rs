@@ -5,7 +5,7 @@
 //!
 //! A pull RMS of 1 means that the reported uncertainty is true. Nothing is selected: a seed without a usable result is listed.
 
-use boresight::calibrate::pool::joint::SIX;
+use boresight::calibrate::pool::joint::{JointOutcome, SIX};
 use boresight::calibrate::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
 use boresight::geometry::rotation;
 use boresight::observe::Mounting;
@@ -116,7 +116,9 @@ fn trial(scenario: &Scenario, seed: u64) -> Trial {
     Trial {
         joint: solved.map(|j| (errors(&j.mounting, &survey.truth), sigmas(&j.covariance))),
         sequential: reference.map(|s| errors(&s.mounting, &survey.truth)),
-        variance_factor: solved.and_then(|j| j.variance_factor()).unwrap_or(f64::NAN),
+        variance_factor: solved
+            .and_then(JointOutcome::variance_factor)
+            .unwrap_or(f64::NAN),
         refusal: outcome.refusal.as_ref().map(ToString::to_string),
     }
 }

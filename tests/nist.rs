@@ -1,6 +1,7 @@
 //! The NIST Statistical Reference Datasets for nonlinear regression, all 27, from both starts, through the engine's solve.
 //!
-//! Set `BORESIGHT_DATA` to the folder that holds `nist-strd`. Certified values: NIST/ITL StRD, 11 digits.
+//! Set `BORESIGHT_DATA` to the folder that holds `nist-strd`. Certified values: NIST/ITL `StRD`, 11 digits.
+#![allow(clippy::unwrap_used)]
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};

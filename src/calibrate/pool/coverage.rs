@@ -106,7 +106,7 @@ fn passes(scene: &Scene, ties: &[Tie]) -> Vec<Vec<Tie>> {
                     .last()
                     .is_some_and(|l| time_s(tie) - time_s(l) <= PASS_GAP_S) =>
             {
-                pass.push(*tie)
+                pass.push(*tie);
             }
             _ => passes.push(vec![*tie]),
         }

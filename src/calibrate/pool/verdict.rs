@@ -226,7 +226,9 @@ fn undetermined(joint: &JointOutcome, input: &PoolInput) -> Option<Vec<String>> 
     let uncovered = joint.judgement.iter().flat_map(|j| j.coverage.names());
     for name in uncovered.filter(|name| !known_beforehand(name, input)) {
         if !names.iter().any(|n| n.starts_with(name)) {
-            names.push(format!("{name} (no tied face looks that way: only the boat's motion tells it)"));
+            names.push(format!(
+                "{name} (no tied face looks that way: only the boat's motion tells it)"
+            ));
         }
     }
     (!names.is_empty()).then_some(names)
@@ -235,8 +237,18 @@ fn undetermined(joint: &JointOutcome, input: &PoolInput) -> Option<Vec<String>> 
 /// Whether a parameter is held or has a prior of its own.
 fn known_beforehand(name: &str, input: &PoolInput) -> bool {
     let p = &input.joint.prior;
-    let priors = [p.pitch_sigma_deg, p.roll_sigma_deg, p.yaw_sigma_deg, p.lx_sigma_m, p.ly_sigma_m, p.lz_sigma_m];
-    let prior = SIX.iter().zip(priors).any(|(n, p)| *n == name && p.is_some());
+    let priors = [
+        p.pitch_sigma_deg,
+        p.roll_sigma_deg,
+        p.yaw_sigma_deg,
+        p.lx_sigma_m,
+        p.ly_sigma_m,
+        p.lz_sigma_m,
+    ];
+    let prior = SIX
+        .iter()
+        .zip(priors)
+        .any(|(n, p)| *n == name && p.is_some());
     prior || input.joint.hold.iter().any(|h| h == name)
 }
 
