@@ -304,7 +304,7 @@ mod tests {
     use rand::RngExt;
     use rand_distr::{Distribution, StandardNormal};
 
-    /// Points and values from tests/recipes/plane_fit.py (numpy's singular value decomposition).
+    /// Points and values from `tests/recipes/plane_fit.py` (numpy's singular value decomposition).
     const POINTS: [[f64; 3]; 12] = [
         [431.5102, -1207.2153, 37.8064],
         [431.3301, -1207.4173, 38.0955],

@@ -245,22 +245,21 @@ pub fn undetermined_by(
         p.lz_sigma_m,
     ];
     let sigma = |i: usize| covariance[(i, i)].sqrt();
+    let held = |i: usize| input.joint.hold.iter().any(|h| h == SIX[i]);
     let best = |among: [usize; 3]| {
-        among
-            .into_iter()
-            .min_by(|a, b| sigma(*a).total_cmp(&sigma(*b)))
+        let free = among.into_iter().filter(|&i| !held(i));
+        free.min_by(|a, b| sigma(*a).total_cmp(&sigma(*b)))
     };
     let determined = [best([0, 1, 2]), best([3, 4, 5])];
     let one_direction = one_direction(input.target, soundings);
     let mut names = vec![];
     for (i, name) in SIX.iter().enumerate() {
-        let held = input.joint.hold.iter().any(|h| h == name);
         let (value, limit, unit) = if i < 3 {
             (sigma(i).to_degrees(), input.joint.max_sigma_deg, "deg")
         } else {
             (sigma(i), input.joint.max_sigma_m, "m")
         };
-        let by_motion = one_direction && !held && !determined.contains(&Some(i));
+        let by_motion = one_direction && !held(i) && !determined.contains(&Some(i));
         if priors[i].is_some() {
             continue;
         }
@@ -326,7 +325,7 @@ mod tests {
             joint: &joint,
             seed: 1,
         };
-        let covariance = Matrix6::from_diagonal(&[4e-6, 1e-8, 4e-6, 1e-8, 1e-4, 1e-6].into());
+        let covariance = Matrix6::from_diagonal(&[4e-6, 1e-8, 4e-6, 1e-8, 1e-4, 0.0].into());
         let names = undetermined_by(&covariance, &ties(&[Role::P2]), &input);
         let begin: Vec<&str> = names.iter().filter_map(|n| n.split(' ').next()).collect();
         assert_eq!(begin, ["pitch", "yaw", "ly"]);

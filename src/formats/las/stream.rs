@@ -140,7 +140,7 @@ mod tests {
     fn point(k: u32) -> CloudPoint {
         CloudPoint {
             time_s: f64::from(k),
-            position_m: [500_000.1234, 3e6 + f64::from(k), 15.5],
+            position_m: [500000.1234, 3e6 + f64::from(k), 15.5],
             source: 2,
         }
     }
@@ -157,7 +157,7 @@ mod tests {
         let back = las::read(&path).expect("read");
         assert_eq!((back.time_s.len(), back.time_s[2]), (3, 2.0));
         assert!(
-            (back.x_m[1] - 500_000.1234).abs() < 1e-9 && (back.y_m[2] - 3_000_002.0).abs() < 1e-9
+            (back.x_m[1] - 500000.1234).abs() < 1e-9 && (back.y_m[2] - 3_000_002.0).abs() < 1e-9
         );
     }
 
