@@ -99,6 +99,16 @@ fn trial(scenario: &Scenario, seed: u64) -> Trial {
         seed,
     };
     let outcome = calibrate(&input, &|_| {}).expect("input that can be worked with");
+    if std::env::var_os("PULLS_COVERAGE").is_some() {
+        eprintln!(
+            "{:?}",
+            outcome
+                .joint
+                .as_ref()
+                .and_then(|j| j.judgement.as_ref())
+                .map(|j| (j.coverage.rotation.0, j.coverage.lever_arm.0))
+        );
+    }
     let refused = outcome.refusal.is_some();
     let sigmas = |c: &nalgebra::Matrix6<f64>| std::array::from_fn(|i| c[(i, i)].sqrt());
     let solved = outcome.joint.as_ref().filter(|_| !refused);

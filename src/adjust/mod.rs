@@ -39,7 +39,7 @@ pub use condition::{ChainRow, Conditions, MAX_COLUMNS, Row};
 pub use derivatives::{DerivativeFault, check_derivatives};
 pub use error::AdjustError;
 pub use kernel::Kernel;
-pub use observability::{Limits, Observability, Undetermined, WeakPair, observability};
+pub use observability::{Direction, Limits, Observability, Undetermined, WeakPair, observability};
 pub use options::{Bending, IterationRecord, Options, Status};
 pub use parameters::{Block, BlockId, Component, ParameterSet, Prior, PriorRow, Unit};
 pub use problem::{Estimate, Problem, Source};
@@ -47,5 +47,5 @@ pub use quality::{
     ConditionTest, GlobalTest, Quality, QualityOptions, assess, condition_test, correlation,
 };
 pub use refine::{Snooped, VarianceComponent, VarianceComponents, snoop, variance_components};
-pub use reliability::{ConditionQuality, Effect, GroupQuality};
+pub use reliability::{ConditionQuality, Effect, GroupQuality, LEADING};
 pub use solve::{Solution, solve};

@@ -21,6 +21,9 @@ const BATCH: usize = 16;
 /// Redundancy below which a condition is uncontrolled and its normalised residual meaningless.
 const CONTROLLED: f64 = 1e-6;
 
+/// Parameter columns whose effects are kept for every listed condition: callers put what they seek first.
+pub const LEADING: usize = 6;
+
 /// Figures of one condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConditionQuality {
@@ -38,6 +41,9 @@ pub struct ConditionQuality {
     pub redundancy: f64,
     /// Residual over its own standard deviation, `w / (sigma sqrt r)`; zero where it is uncontrolled.
     pub normalised: f64,
+    /// Effect of a bias of this condition that just escapes a test with non-centrality one on the first [`LEADING`] parameter
+    /// columns, each in its own unit.
+    pub effects: [f64; LEADING],
 }
 
 impl ConditionQuality {
@@ -239,7 +245,8 @@ impl Judge<'_> {
         let mut gain = vec![0.0; self.cofactor.ncols()];
         self.pass.visit(set, range, |weighted| {
             let variance = self.predicted_variance(weighted, window, &mut gain);
-            let one = self.figures(set, weighted, variance);
+            let mut one = self.figures(set, weighted, variance);
+            one.effects = leading(&one, weighted, &gain);
             sum.count(&one, self.kernel);
             self.effects(&one, weighted, &gain, &mut sum.effects);
             sum.rank(one, self.keep);
@@ -299,6 +306,7 @@ impl Judge<'_> {
             sigma,
             redundancy,
             normalised,
+            effects: [0.0; LEADING],
         }
     }
 
@@ -325,4 +333,13 @@ impl Judge<'_> {
             }
         }
     }
+}
+
+/// `Q A^T M^-1` times the bias that escapes a test with non-centrality one, for the leading columns.
+fn leading(one: &ConditionQuality, weighted: &Weighted, gain: &[f64]) -> [f64; LEADING] {
+    if one.redundancy <= CONTROLLED {
+        return [0.0; LEADING];
+    }
+    let bias = weighted.weight * one.detectable_bias(1.0);
+    std::array::from_fn(|i| gain.get(i).map_or(0.0, |g| g * bias))
 }

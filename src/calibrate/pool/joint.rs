@@ -6,6 +6,7 @@ use super::conditions::{
     FacePlane, MountingBlocks, ReturnConditions, SoundingConditions, TrajectoryErrors,
 };
 use super::config::{Drift, JointConfig, KernelName, Planes};
+use super::coverage::Coverage;
 use super::planes::{self, GroupPlanes};
 use super::scene::Scene;
 use super::ties::{Association, Corrected, TieSet, TrajectoryVariance, tie_returns, tie_soundings};
@@ -97,6 +98,8 @@ pub struct Judgement {
     pub observability: Observability,
     /// Soundings and returns removed by data snooping.
     pub snooped: usize,
+    /// What the faces' directions determine, the boat's motion aside.
+    pub coverage: Coverage,
     /// Raw rows of the worst conditions, in the order of [`Quality::worst`]: group and row.
     pub worst_rows: Vec<(u16, u32)>,
 }
@@ -361,6 +364,14 @@ impl Frame<'_> {
                 .collect(),
             observability: observability(&snooped.solution, &Limits::default()),
             snooped: snooped.removed.len(),
+            coverage: Coverage::of(
+                self.scene,
+                &ties.soundings.ties,
+                &self
+                    .blocks
+                    .mounting
+                    .at(&snooped.solution.estimate.parameters),
+            ),
             quality: snooped.quality,
         };
         drop_snooped(&mut ties.soundings, snooped.ignored.first());

@@ -7,6 +7,7 @@
 //! | [`ties`], [`planes`] | which point lies on which face; the scanner's planes |
 //! | [`sequential`] | the reference path |
 //! | [`joint`], [`conditions`] | the joint path |
+//! | [`coverage`] | what the faces' directions determine |
 //! | [`verdict`] | when there is no usable result |
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
 //! | [`apply`] | all points of a survey under a calibration |
@@ -15,6 +16,7 @@
 pub mod apply;
 pub mod conditions;
 pub mod config;
+pub mod coverage;
 pub mod joint;
 pub mod planes;
 pub mod preview;

@@ -7,6 +7,7 @@ use super::ties::TieSet;
 use crate::geometry::plane::{Plane, PlaneFit, PlaneMoments};
 use crate::geometry::ransac::{ExpectedNormal, PlaneSearch, find_plane};
 use crate::matching::Patches;
+use crate::target::Role;
 
 /// Points that the search for a plane looks at.
 const SEARCH_POINTS: usize = 20_000;
@@ -135,12 +136,14 @@ pub struct Disagreement {
     pub passes: usize,
 }
 
-/// Compares the planes that each pass of the scanner gives by itself. Returns the worst that exceeds five sigmas of what the
+/// Compares the upright planes that each pass of the scanner gives by itself; the horizontal faces are seen too obliquely. Returns the worst that exceeds five sigmas of what the
 /// trajectory's drift and the scanner's stated uncertainty explain: a scanner that is not calibrated after all.
 #[must_use]
 pub fn disagreement(scene: &Scene, ties: &TieSet) -> Option<Disagreement> {
     let mut worst: Option<Disagreement> = None;
-    for group in 0..scene.target.groups.len() {
+    let upright = |role| matches!(role, Role::P1 | Role::P2 | Role::P3);
+    let groups = scene.target.groups.iter().enumerate();
+    for (group, _) in groups.filter(|(_, g)| upright(g.role)) {
         let points = group_points(scene, ties, group);
         let passes = split_passes(&points);
         let fits: Vec<PlaneFit> = passes
@@ -194,9 +197,13 @@ fn robust_pass(scene: &Scene, group: usize, points: &[Vector3<f64>]) -> Option<P
         seed: 1,
         ..PlaneSearch::default()
     };
-    find_plane(&sample, &search)
-        .ok()
-        .map(|found| found.fit.towards(&normal))
+    let found = find_plane(&sample, &search).ok()?;
+    let settled = 2 * found.inliers.len() > sample.len()
+        && found
+            .fit
+            .sigma_at_m(&found.fit.centroid_m, point_sigma_m(scene))
+            < 0.003;
+    settled.then(|| found.fit.towards(&normal))
 }
 
 fn compare(scene: &Scene, group: usize, a: &PlaneFit, b: &PlaneFit, passes: usize) -> Disagreement {

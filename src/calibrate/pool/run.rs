@@ -89,14 +89,6 @@ const WIDE: f64 = 4.0;
 /// Soundings within this of the target under the rough mounting stay candidates, metres.
 const CANDIDATE_M: f64 = 0.5;
 
-/// An association before anything is known of the trajectory's errors.
-fn before(gate_sigmas: f64) -> Association<'static> {
-    Association {
-        gate_sigmas,
-        corrected: None,
-    }
-}
-
 /// Calibrates. `progress` is told what is being done.
 ///
 /// # Errors
@@ -115,11 +107,21 @@ pub fn calibrate<'a>(
         &scene.origins(&input.campaign.scanner),
     );
     progress("extracting the scanner's planes");
-    let wide = ties::tie_returns(&scene, &laser, None, &before(WIDE * input.joint.gate_sigma));
+    let wide = ties::tie_returns(
+        &scene,
+        &laser,
+        None,
+        &Association::before(WIDE * input.joint.gate_sigma),
+    );
     let planes = planes::extract(&scene, &wide, input.seed);
     let fitted: Vec<Option<Plane>> = planes.iter().map(|p| p.map(|p| p.fit.plane)).collect();
     planes::apply(&mut laser, &scene, &fitted);
-    let returns = ties::tie_returns(&scene, &laser, None, &before(input.joint.gate_sigma));
+    let returns = ties::tie_returns(
+        &scene,
+        &laser,
+        None,
+        &Association::before(input.joint.gate_sigma),
+    );
     let mut outcome = PoolOutcome {
         scene,
         planes,
@@ -150,7 +152,7 @@ pub fn calibrate<'a>(
         .soundings_near(&surfaces.sonar, &rough.mounting, CANDIDATE_M);
     if input.method != Method::Joint {
         progress("reference path: angles, then offsets");
-        let gate = before(input.joint.gate_sigma);
+        let gate = Association::before(input.joint.gate_sigma);
         let ties = ties::tie_soundings(
             &outcome.scene,
             &surfaces.sonar,

@@ -124,6 +124,17 @@ pub struct Association<'a> {
     pub corrected: Option<Corrected<'a>>,
 }
 
+impl Association<'static> {
+    /// Before anything is known of the trajectory's errors: the gate allows for all of them.
+    #[must_use]
+    pub fn before(gate_sigmas: f64) -> Self {
+        Self {
+            gate_sigmas,
+            corrected: None,
+        }
+    }
+}
+
 impl Association<'_> {
     fn pose(&self, pose: PoseSample) -> PoseSample {
         self.corrected.map_or(pose, |c| c.pose(pose))
