@@ -86,9 +86,6 @@ pub struct Reliability {
     /// Data snooping at one test's and at the family's significance.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tests: Vec<SnoopingTest>,
-    /// Largest effect on each parameter, by field name (`yaw_deg`, `ly_m`), of a bias in one condition that the single test misses.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub largest_effect: BTreeMap<String, f64>,
     /// Conditions with the largest normalised residuals, largest first.
     pub worst: Vec<WorstObservation>,
 }

@@ -3,6 +3,7 @@
 use nalgebra::Matrix6;
 
 use super::config::JointConfig;
+use super::coverage::Coverage;
 use super::joint::{self, JointStart, SIX};
 use super::planes;
 use super::run::{PoolError, PoolInput};
@@ -73,7 +74,7 @@ pub struct Predicted {
 }
 
 impl Predicted {
-    fn of(covariance: &Matrix6<f64>, soundings: &TieSet, input: &PoolInput) -> Self {
+    fn of(covariance: &Matrix6<f64>, coverage: &Coverage, input: &PoolInput) -> Self {
         let sigma = |i: usize| covariance[(i, i)].sqrt();
         let pairs = (0..6).flat_map(|i| (i + 1..6).map(move |j| (i, j)));
         let correlated = pairs.filter_map(|(i, j)| {
@@ -89,16 +90,9 @@ impl Predicted {
                 ly_m: sigma(4),
                 lz_m: sigma(5),
             },
-            undetermined: undetermined_by(covariance, soundings, input),
+            undetermined: undetermined_by(covariance, coverage.uncovered(), input),
             inseparable: correlated.collect(),
         }
-    }
-}
-
-fn gate(gate_sigmas: f64) -> Association<'static> {
-    Association {
-        gate_sigmas,
-        corrected: None,
     }
 }
 
@@ -123,11 +117,21 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
         campaign.water_level_m,
         &scene.origins(&campaign.scanner),
     );
-    let wide = ties::tie_returns(&scene, &laser, None, &gate(WIDE * input.joint.gate_sigma));
+    let wide = ties::tie_returns(
+        &scene,
+        &laser,
+        None,
+        &Association::before(WIDE * input.joint.gate_sigma),
+    );
     let found = planes::extract(&scene, &wide, input.seed);
     let fitted: Vec<Option<Plane>> = found.iter().map(|p| p.map(|p| p.fit.plane)).collect();
     planes::apply(&mut laser, &scene, &fitted);
-    let returns = ties::tie_returns(&scene, &laser, None, &gate(input.joint.gate_sigma));
+    let returns = ties::tie_returns(
+        &scene,
+        &laser,
+        None,
+        &Association::before(input.joint.gate_sigma),
+    );
     let mut refusal = Refusal::of_scanner(&scene, &found, &wide);
     let mut soundings = TieSet::default();
     let mut passes = vec![];
@@ -143,7 +147,7 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
         );
         planes::apply(&mut patches, &scene, &fitted);
         let near = scene.soundings_near(&patches, &rough.mounting, CANDIDATE_M);
-        let association = gate(input.joint.gate_sigma);
+        let association = Association::before(input.joint.gate_sigma);
         soundings = ties::tie_soundings(
             &scene,
             &patches,
@@ -161,7 +165,8 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
         };
         if refusal.is_none() {
             let (covariance, _) = joint::predict(&scene, &start, &patches, input.joint)?;
-            predicted = Some(Predicted::of(&covariance, &soundings, input));
+            let coverage = Coverage::of(&scene, &soundings.ties, &rough.mounting);
+            predicted = Some(Predicted::of(&covariance, &coverage, input));
         }
         passes = split(&scene, &soundings);
     }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::Matrix6;
 
 use super::joint::{JointOutcome, SIX};
 use super::planes::{self, GroupPlanes};
@@ -10,7 +10,7 @@ use super::run::{Method, PoolInput, PoolOutcome};
 use super::scene::{RoughMounting, Scene};
 use super::ties::TieSet;
 use crate::adjust::Status;
-use crate::target::{Role, Target};
+use crate::target::Role;
 
 /// Smallest share of the laser points near the target that lies on its faces.
 const LEAST_LASER_FIT: f64 = 0.25;
@@ -222,43 +222,20 @@ impl Refusal {
 
 /// Parameters that a joint outcome leaves undetermined.
 fn undetermined(joint: &JointOutcome, input: &PoolInput) -> Option<Vec<String>> {
-    let mut names = undetermined_by(&joint.covariance, &joint.soundings, input);
-    let uncovered = joint.judgement.iter().flat_map(|j| j.coverage.names());
-    for name in uncovered.filter(|name| !known_beforehand(name, input)) {
-        if !names.iter().any(|n| n.starts_with(name)) {
-            names.push(format!(
-                "{name} (no tied face looks that way: only the boat's motion tells it)"
-            ));
-        }
-    }
+    let uncovered = joint
+        .judgement
+        .as_ref()
+        .map_or([false; 6], |j| j.coverage.uncovered());
+    let names = undetermined_by(&joint.covariance, uncovered, input);
     (!names.is_empty()).then_some(names)
 }
 
-/// Whether a parameter is held or has a prior of its own.
-fn known_beforehand(name: &str, input: &PoolInput) -> bool {
-    let p = &input.joint.prior;
-    let priors = [
-        p.pitch_sigma_deg,
-        p.roll_sigma_deg,
-        p.yaw_sigma_deg,
-        p.lx_sigma_m,
-        p.ly_sigma_m,
-        p.lz_sigma_m,
-    ];
-    let prior = SIX
-        .iter()
-        .zip(priors)
-        .any(|(n, p)| *n == name && p.is_some());
-    prior || input.joint.hold.iter().any(|h| h == name)
-}
-
-/// Parameters without a prior of their own whose standard deviation exceeds the configured limit, or that only the boat's motion
-/// determines because all faces sounded look in one direction: of a plain wall, everything but one angle and one offset
-/// (mathematics page, section 5).
+/// Parameters whose standard deviation exceeds the configured limit, or that only the boat's motion determines (`uncovered`),
+/// unless they are held or have a prior of their own.
 #[must_use]
 pub fn undetermined_by(
     covariance: &Matrix6<f64>,
-    soundings: &TieSet,
+    uncovered: [bool; 6],
     input: &PoolInput,
 ) -> Vec<String> {
     let p = &input.joint.prior;
@@ -270,93 +247,26 @@ pub fn undetermined_by(
         p.ly_sigma_m,
         p.lz_sigma_m,
     ];
-    let sigma = |i: usize| covariance[(i, i)].sqrt();
-    let best = |among: [usize; 3]| {
-        among
-            .into_iter()
-            .min_by(|a, b| sigma(*a).total_cmp(&sigma(*b)))
-    };
-    let determined = [best([0, 1, 2]), best([3, 4, 5])];
-    let one_direction = one_direction(input.target, soundings);
     let mut names = vec![];
     for (i, name) in SIX.iter().enumerate() {
-        let held = input.joint.hold.iter().any(|h| h == name);
-        let (value, limit, unit) = if i < 3 {
-            (sigma(i).to_degrees(), input.joint.max_sigma_deg, "deg")
-        } else {
-            (sigma(i), input.joint.max_sigma_m, "m")
-        };
-        let by_motion = one_direction && !held && !determined.contains(&Some(i));
-        if priors[i].is_some() {
+        if priors[i].is_some() || input.joint.hold.iter().any(|h| h == name) {
             continue;
         }
-        if !(value <= limit) {
+        let sigma = covariance[(i, i)].sqrt();
+        let (sigma, limit, unit) = if i < 3 {
+            (sigma.to_degrees(), input.joint.max_sigma_deg, "deg")
+        } else {
+            (sigma, input.joint.max_sigma_m, "m")
+        };
+        if !(sigma <= limit) {
             names.push(format!(
-                "{name} (standard deviation {value:.3} {unit}, limit {limit} {unit})"
+                "{name} (standard deviation {sigma:.3} {unit}, limit {limit} {unit})"
             ));
-        } else if by_motion {
+        } else if uncovered[i] {
             names.push(format!(
-                "{name} (all faces sounded look in one direction: only the boat's motion tells it, {value:.3} {unit})"
+                "{name} (no tied face looks that way: only the boat's motion would determine it)"
             ));
         }
     }
     names
-}
-
-/// Fewest soundings that make a direction count.
-const LEAST_DIRECTION: usize = 50;
-
-/// Whether all tied faces, but for stray soundings, are parallel.
-fn one_direction(target: &Target, soundings: &TieSet) -> bool {
-    let tied = |group: usize| soundings.count(|face| target.faces[face].group == group);
-    let seen = (0..target.groups.len()).filter(|&group| tied(group) >= LEAST_DIRECTION);
-    let normals: Vec<Vector3<f64>> = seen.map(|group| target.groups[group].normal).collect();
-    normals
-        .iter()
-        .all(|normal| normal.cross(&normals[0]).norm() < 0.1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::config::{JointConfig, SequentialConfig};
-    use super::super::ties::Tie;
-    use super::*;
-    use crate::simulate::{DEMO, Scenario, simulate};
-
-    /// A covariance far below every limit: what a plain wall and a rolling boat give.
-    #[test]
-    fn faces_of_one_direction_are_not_enough() {
-        let mut scenario = Scenario::from_toml(DEMO).expect("the demo");
-        (scenario.multibeam.beams, scenario.lidar.points_per_line) = (2, 2);
-        let survey = simulate(&scenario, 1).expect("a survey");
-        let face = |role: Role| survey.target.faces.iter().position(|f| f.role == role);
-        let ties = |roles: &[Role]| TieSet {
-            ties: (0..100 * roles.len() as u32)
-                .map(|row| Tie {
-                    row,
-                    face: face(roles[row as usize / 100]).expect("a face") as u16,
-                })
-                .collect(),
-            ..TieSet::default()
-        };
-        let joint = JointConfig {
-            hold: vec!["lz".to_owned()],
-            ..JointConfig::default()
-        };
-        let input = PoolInput {
-            campaign: &survey.campaign,
-            target: &survey.target,
-            prior: &survey.prior,
-            method: Method::Joint,
-            sequential: &SequentialConfig::default(),
-            joint: &joint,
-            seed: 1,
-        };
-        let covariance = Matrix6::from_diagonal(&[4e-6, 1e-8, 4e-6, 1e-8, 1e-4, 1e-6].into());
-        let names = undetermined_by(&covariance, &ties(&[Role::P2]), &input);
-        let begin: Vec<&str> = names.iter().filter_map(|n| n.split(' ').next()).collect();
-        assert_eq!(begin, ["pitch", "yaw", "ly"]);
-        let more = [Role::P2, Role::P1, Role::Horizontal];
-        assert!(undetermined_by(&covariance, &ties(&more), &input).is_empty());
-    }
 }

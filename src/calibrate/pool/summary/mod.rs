@@ -72,11 +72,15 @@ fn solutions(outcome: &PoolOutcome, input: &PoolInput) -> Solutions {
         drift: Drift::Off,
         ..input.joint.clone()
     };
+    let simple = PoolInput {
+        joint: &simple,
+        ..input.clone()
+    };
     Solutions {
         sequential: (input.method != Method::Joint).then(|| solutions::sequential(outcome, input)),
-        joint: joint.then(|| solutions::joint(outcome.joint.as_ref(), input.joint, outcome, input)),
+        joint: joint.then(|| solutions::joint(outcome.joint.as_ref(), outcome, input)),
         joint_simple: (joint && input.joint.simple)
-            .then(|| solutions::joint(outcome.simple.as_ref(), &simple, outcome, input)),
+            .then(|| solutions::joint(outcome.simple.as_ref(), outcome, &simple)),
     }
 }
 

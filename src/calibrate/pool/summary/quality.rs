@@ -1,31 +1,32 @@
-//! What the engine says of a joint adjustment, with the names of observations and parameters, and in words.
+//! Quality figures of the joint path as they stand in a result (mathematics section 6).
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, Matrix6, SymmetricEigen};
-
-use super::super::config::{Drift, JointConfig};
+use super::super::config::{Drift, KernelName};
 use super::super::joint::{JointOutcome, Judgement, RETURNS, SIX, SOUNDINGS};
-use super::super::scene::Scene;
-use crate::adjust::{self, QualityOptions};
+use super::super::run::{PoolInput, PoolOutcome};
+use crate::adjust::{self, ConditionTest, Direction, ParameterSet, Unit};
 use crate::results::{
     GlobalTest, GroupQuality, Observability, Prior, Quality, Reliability, SnoopingTest,
     WeakDirection, WorstObservation,
 };
 
+/// Redundancy below which a variance component is held.
+const ENOUGH: f64 = 30.0;
+/// Directions listed as weak have a standard deviation this many times that of a well-conditioned parameter set.
+const WEAK: f64 = 3.0;
 /// Worst conditions that are listed.
 const LISTED: usize = 20;
-/// A group's variance component needs this redundancy (mathematics page, section 6).
-const LEAST_REDUNDANCY: f64 = 30.0;
-/// A direction is weak when its share of the information is below this: its sigma is then over four times that of uncoupled parameters.
-const WEAK: f64 = 0.05;
-/// Components of a direction, or effects in their largest, below this share are left out.
-const SMALL: f64 = 0.1;
-/// Names of the six standard deviations in a result.
-const FIELDS: [&str; 6] = ["pitch_deg", "roll_deg", "yaw_deg", "lx_m", "ly_m", "lz_m"];
+/// Components of a direction smaller than this are left out.
+const SMALL: f64 = 0.2;
 
-/// The quality figures; `None` when nothing was judged or there is no redundancy.
-pub fn of(joint: &JointOutcome, scene: &Scene, config: &JointConfig) -> Option<Quality> {
+/// Everything that the engine says of the last adjustment; `None` when it did not end with an estimate.
+#[must_use]
+pub fn quality_of(
+    joint: &JointOutcome,
+    outcome: &PoolOutcome,
+    input: &PoolInput,
+) -> Option<Quality> {
     let judgement = joint.judgement.as_ref()?;
     let global = &judgement.quality.global;
     if !global.variance_factor.is_finite() {
@@ -33,234 +34,179 @@ pub fn of(joint: &JointOutcome, scene: &Scene, config: &JointConfig) -> Option<Q
     }
     Some(Quality {
         variance_factor: global.variance_factor,
-        degrees_of_freedom: global.degrees_of_freedom.max(0.0).round() as u64,
-        global_test: global_test(global),
-        groups: judgement
-            .quality
-            .groups
-            .iter()
-            .filter(|g| g.conditions > 0)
-            .map(group)
-            .collect(),
-        priors: priors(joint, scene, config),
-        reliability: reliability(joint, judgement, scene),
-        observability: observability(&joint.covariance),
+        degrees_of_freedom: global.degrees_of_freedom.max(0.0) as u64,
+        global_test: GlobalTest {
+            statistic: global.variance_factor,
+            lower: global.interval.0,
+            upper: global.interval.1,
+            significance: adjust::QualityOptions::default().global_alpha,
+            passed: global.passed,
+            practical_tolerance: Some(adjust::QualityOptions::default().practical.1 - 1.0),
+            void_because: if input.joint.kernel == KernelName::LeastSquares {
+                String::new()
+            } else {
+                "a robust kernel reweights the residuals, so the chi-square interval does not hold exactly".to_owned()
+            },
+        },
+        groups: judgement.quality.groups.iter().map(group).collect(),
+        priors: priors(joint, outcome, input),
+        reliability: reliability(judgement, outcome),
+        observability: observability(judgement, joint),
     })
 }
 
-fn global_test(test: &adjust::GlobalTest) -> GlobalTest {
-    let options = QualityOptions::default();
-    GlobalTest {
-        statistic: test.variance_factor,
-        lower: test.interval.0,
-        upper: test.interval.1,
-        significance: options.global_alpha,
-        passed: test.passed,
-        practical_tolerance: Some(options.practical.1 - 1.0),
-        void_because: if test.void {
-            "robust weights".to_owned()
+fn group(g: &adjust::GroupQuality) -> GroupQuality {
+    let name = match g.group {
+        SOUNDINGS => "multibeam range and angles",
+        RETURNS => "laser range and angle",
+        _ => "other",
+    };
+    let estimated = g.redundancy >= ENOUGH;
+    let component = g.omega / g.redundancy;
+    GroupQuality {
+        name: name.to_owned(),
+        observations: g.conditions as u64,
+        redundancy: g.redundancy,
+        variance_component: estimated.then_some(component),
+        standard_deviation: estimated.then(|| component * (2.0 / g.redundancy).sqrt()),
+        note: if estimated {
+            "one component for range and angles together: they share each condition".to_owned()
         } else {
-            String::new()
+            format!(
+                "held at 1: redundancy {:.0} is below {ENOUGH}",
+                g.redundancy
+            )
         },
     }
 }
 
-/// A group with one step of its variance component, which is reported but not applied.
-fn group(group: &adjust::GroupQuality) -> GroupQuality {
-    let name = match group.group {
-        SOUNDINGS => "multibeam sounding (range and angles)",
-        RETURNS => "laser return (range and angle)",
-        _ => "other",
-    };
-    let estimated = group.redundancy >= LEAST_REDUNDANCY;
-    let component = group.omega / group.redundancy;
-    let note = if estimated {
-        "estimated at the solution, not applied; range and angles share a condition and are not separated"
-    } else {
-        "held: too little redundancy"
-    };
-    GroupQuality {
-        name: name.to_owned(),
-        observations: group.conditions as u64,
-        redundancy: group.redundancy,
-        variance_component: estimated.then_some(component),
-        standard_deviation: estimated.then(|| component * (2.0 / group.redundancy).sqrt()),
-        note: note.to_owned(),
-    }
-}
-
-/// Every prior that entered as an observation.
-fn priors(joint: &JointOutcome, scene: &Scene, config: &JointConfig) -> Vec<Prior> {
-    let mut all: Vec<Prior> = vec![];
-    let mut push = |name: &str, sigma: f64, unit: &str| {
-        if sigma > 0.0 {
+/// Every prior that entered as an observation, blocks and trajectory.
+fn priors(joint: &JointOutcome, outcome: &PoolOutcome, input: &PoolInput) -> Vec<Prior> {
+    let mut all = vec![];
+    for block in joint.solution.estimate.parameters.blocks() {
+        let Some(prior) = &block.prior else { continue };
+        for (i, component) in block.components.iter().enumerate() {
+            let sigma = prior.covariance[(i, i)].sqrt();
+            let (standard_deviation, unit) = readable(sigma, component.unit);
             all.push(Prior {
-                name: name.to_owned(),
-                standard_deviation: sigma,
+                name: component.name.clone(),
+                standard_deviation,
                 unit: unit.to_owned(),
             });
         }
-    };
-    let noise = &scene.campaign.trajectory.noise;
-    if config.drift == Drift::On {
-        push(
-            "trajectory position, white per record",
+    }
+    let noise = &outcome.scene.campaign.trajectory.noise;
+    if input.joint.drift == Drift::On {
+        let mut add = |name: &str, sigma: f64, unit: Unit| {
+            if sigma > 0.0 {
+                let (standard_deviation, unit) = readable(sigma, unit);
+                all.push(Prior {
+                    name: name.to_owned(),
+                    standard_deviation,
+                    unit: unit.to_owned(),
+                });
+            }
+        };
+        add(
+            "trajectory position, white per record and axis",
             noise.position_m,
-            "m",
+            Unit::Metre,
         );
-        push(
-            "trajectory roll and pitch, white per record",
-            noise.roll_pitch_rad.to_degrees(),
-            "deg",
+        add(
+            "trajectory drift per axis",
+            noise.position_drift_m,
+            Unit::Metre,
         );
-        push(
-            "trajectory heading, white per record",
-            noise.heading_rad.to_degrees(),
-            "deg",
+        add(
+            "roll and pitch, white per record",
+            noise.roll_pitch_rad,
+            Unit::Radian,
         );
-        push("trajectory position drift", noise.position_drift_m, "m");
-        push(
-            "trajectory heading drift",
-            noise.heading_drift_rad.to_degrees(),
-            "deg",
-        );
-    }
-    if let (Some(_), Some(sigma)) = (&joint.blocks.scanner, &scene.campaign.scanner_sigma) {
-        for (i, axis) in ["pitch", "roll", "yaw"].iter().enumerate() {
-            push(
-                &format!("scanner {axis}"),
-                sigma.rotation_rad[i].to_degrees(),
-                "deg",
-            );
-        }
-        for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-            push(
-                &format!("scanner lever arm {axis}"),
-                sigma.lever_arm_m[i],
-                "m",
-            );
-        }
-    }
-    let p = &config.prior;
-    for (name, sigma) in SIX
-        .iter()
-        .zip([p.pitch_sigma_deg, p.roll_sigma_deg, p.yaw_sigma_deg])
-    {
-        push(name, sigma.unwrap_or(0.0), "deg");
-    }
-    for (name, sigma) in SIX[3..]
-        .iter()
-        .zip([p.lx_sigma_m, p.ly_sigma_m, p.lz_sigma_m])
-    {
-        push(name, sigma.unwrap_or(0.0), "m");
-    }
-    for (sigma_m, count) in tolerances(scene) {
-        push(&format!("design offset, each of {count}"), sigma_m, "m");
+        add("heading, white per record", noise.heading_rad, Unit::Radian);
+        add("slow heading error", noise.heading_drift_rad, Unit::Radian);
     }
     all
 }
 
-/// The target's tolerances and how many offsets have each, smallest first.
-fn tolerances(scene: &Scene) -> Vec<(f64, usize)> {
-    let mut sigmas: Vec<f64> = scene
-        .target
-        .offsets
-        .iter()
-        .map(|o| o.sigma_m)
-        .filter(|s| *s > 0.0)
-        .collect();
-    sigmas.sort_by(f64::total_cmp);
-    sigmas
-        .chunk_by(|a, b| a == b)
-        .map(|same| (same[0], same.len()))
-        .collect()
+fn readable(sigma: f64, unit: Unit) -> (f64, &'static str) {
+    match unit {
+        Unit::Radian => (sigma.to_degrees(), "deg"),
+        Unit::Metre => (sigma, "m"),
+        Unit::Second => (sigma, "s"),
+        Unit::One => (sigma, "1"),
+    }
 }
 
-fn reliability(joint: &JointOutcome, judgement: &Judgement, scene: &Scene) -> Reliability {
-    let quality = &judgement.quality;
-    let conditions: usize = quality.groups.iter().map(|g| g.conditions).sum();
-    let redundancy: f64 = quality.groups.iter().map(|g| g.redundancy).sum();
-    let seen = quality.groups.iter().filter(|g| g.conditions > 0);
-    let delta0 = quality.single.delta0;
-    let worst = quality.worst.iter().zip(&judgement.worst_rows).take(LISTED);
+fn reliability(judgement: &Judgement, outcome: &PoolOutcome) -> Reliability {
+    let q = &judgement.quality;
+    let conditions: usize = q.groups.iter().map(|g| g.conditions).sum();
+    let redundancy: f64 = q.groups.iter().map(|g| g.redundancy).sum();
+    let options = adjust::QualityOptions::default();
+    let test = |name: &str, significance: f64, t: &ConditionTest| SnoopingTest {
+        name: name.to_owned(),
+        significance,
+        critical_value: t.critical,
+        non_centrality: t.delta0,
+        flagged: q
+            .worst
+            .iter()
+            .filter(|w| w.normalised.abs() > t.critical)
+            .count() as u64,
+    };
     Reliability {
         mean_redundancy_number: redundancy / conditions.max(1) as f64,
-        smallest_redundancy_number: seen.map(|g| g.smallest_redundancy).fold(1.0, f64::min),
-        power: QualityOptions::default().power,
-        significance: quality.single.alpha,
+        smallest_redundancy_number: q
+            .groups
+            .iter()
+            .map(|g| g.smallest_redundancy)
+            .fold(1.0, f64::min),
+        power: options.power,
+        significance: options.condition_alpha,
         tests: vec![
-            test(
-                "single test",
-                quality.single.alpha,
-                &quality.single,
-                quality,
-            ),
-            test(
-                "family-wise",
-                QualityOptions::default().family_alpha,
-                &quality.family,
-                quality,
-            ),
+            test("single test", q.single.alpha, &q.single),
+            test("family-wise", options.family_alpha, &q.family),
         ],
-        largest_effect: effects(joint, quality, delta0),
-        worst: worst
-            .map(|(one, row)| WorstObservation {
-                observation: name_of(scene, *row),
-                w: one.normalised,
-                minimal_detectable_bias_m: finite(one.detectable_bias(delta0)),
-                effect: BTreeMap::new(),
-            })
+        worst: q
+            .worst
+            .iter()
+            .zip(&judgement.worst_rows)
+            .take(LISTED)
+            .map(|(w, row)| worst(w, *row, q.single.delta0, outcome))
             .collect(),
     }
 }
 
-fn test(
-    name: &str,
-    significance: f64,
-    test: &adjust::ConditionTest,
-    quality: &adjust::Quality,
-) -> SnoopingTest {
-    let flagged = quality
-        .worst
-        .iter()
-        .filter(|one| one.normalised.abs() > test.critical)
-        .count();
-    SnoopingTest {
-        name: name.to_owned(),
-        significance,
-        critical_value: test.critical,
-        non_centrality: test.delta0,
-        flagged: flagged as u64,
-    }
-}
-
-fn name_of(scene: &Scene, (group, row): (u16, u32)) -> String {
-    let soundings = &scene.campaign.soundings;
-    match group {
-        SOUNDINGS => format!(
+fn worst(
+    w: &adjust::ConditionQuality,
+    (group, row): (u16, u32),
+    delta0: f64,
+    outcome: &PoolOutcome,
+) -> WorstObservation {
+    let campaign = outcome.scene.campaign;
+    let observation = if group == SOUNDINGS {
+        let s = &campaign.soundings;
+        format!(
             "ping {} beam {}",
-            soundings.ping[row as usize], soundings.beam[row as usize]
-        ),
-        _ => format!("return {}", row + 1),
-    }
-}
-
-/// Largest effect of an undetected bias on each of the six, degrees and metres.
-fn effects(joint: &JointOutcome, quality: &adjust::Quality, delta0: f64) -> BTreeMap<String, f64> {
-    let x = &joint.solution.estimate.parameters;
-    let (turn, arm) = (
-        x.offset(joint.blocks.mounting.rotation),
-        x.offset(joint.blocks.mounting.lever_arm),
-    );
-    let size = |i: usize| {
-        let column = if i < 3 { turn + i } else { arm + i - 3 };
-        let effect = quality.effects.get(column).map_or(0.0, |e| e.size * delta0);
-        if i < 3 { effect.to_degrees() } else { effect }
+            s.ping[row as usize], s.beam[row as usize]
+        )
+    } else {
+        format!("laser return {row}")
     };
-    (0..6)
-        .map(|i| (FIELDS[i].to_owned(), finite(size(i))))
-        .filter(|(_, v)| *v != 0.0)
-        .collect()
+    let mut effect = BTreeMap::new();
+    for (i, name) in SIX.iter().enumerate() {
+        let (key, value) = if i < 3 {
+            (format!("{name}_deg"), w.effects[i].to_degrees())
+        } else {
+            (format!("{name}_m"), w.effects[i])
+        };
+        effect.insert(key, finite(value * delta0));
+    }
+    WorstObservation {
+        observation,
+        w: w.normalised,
+        minimal_detectable_bias_m: finite(w.detectable_bias(delta0)),
+        effect,
+    }
 }
 
 /// JSON knows no infinity.
@@ -268,117 +214,84 @@ fn finite(value: f64) -> f64 {
     if value.is_finite() { value } else { f64::MAX }
 }
 
-/// Condition, rank and weak directions of the scaled normal matrix of the six, the others eliminated; held ones are left out.
-fn observability(covariance: &Matrix6<f64>) -> Observability {
-    let free: Vec<usize> = (0..6).filter(|&i| covariance[(i, i)] > 0.0).collect();
-    let n = free.len();
-    let sigma = |i: usize| covariance[(free[i], free[i])].sqrt();
-    let correlation = DMatrix::from_fn(n, n, |i, j| {
-        covariance[(free[i], free[j])] / (sigma(i) * sigma(j))
-    });
-    let Some(normal) = correlation.clone().cholesky().map(|c| c.inverse()) else {
-        return Observability {
-            condition_number: f64::MAX,
-            rank: 0,
-            weak: vec![],
-        };
-    };
-    let scaled = DMatrix::from_fn(n, n, |i, j| {
-        normal[(i, j)] / (normal[(i, i)] * normal[(j, j)]).sqrt()
-    });
-    let eigen = SymmetricEigen::new(scaled);
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    let value = |k: usize| eigen.eigenvalues[k].max(0.0);
-    let (low, high) = (
-        order.first().map_or(1.0, |&k| value(k)),
-        order.last().map_or(1.0, |&k| value(k)),
-    );
-    let weak = order.iter().filter(|&&k| value(k) < WEAK);
+fn observability(judgement: &Judgement, joint: &JointOutcome) -> Observability {
+    let o = &judgement.observability;
+    let x = &joint.solution.estimate.parameters;
+    let mut weak: Vec<WeakDirection> = o
+        .pairs
+        .iter()
+        .filter(|p| seeks(p.columns, x))
+        .map(|p| pair(p, x))
+        .collect();
+    weak.extend(o.directions.iter().take(3).filter_map(|d| direction(d, x)));
     Observability {
-        condition_number: finite(high / low),
-        rank: order.iter().filter(|&&k| value(k) > 1e-12 * high).count() as u32,
-        weak: weak
-            .map(|&k| {
-                direction(
-                    &free,
-                    &eigen.eigenvectors.column(k).into_owned(),
-                    value(k),
-                    &correlation,
-                )
-            })
-            .collect(),
+        condition_number: finite(o.condition.powi(2)),
+        rank: o.rank as u32,
+        weak,
     }
 }
 
-fn direction(
-    free: &[usize],
-    axis: &nalgebra::DVector<f64>,
-    value: f64,
-    correlation: &DMatrix<f64>,
-) -> WeakDirection {
-    let largest = axis.amax();
-    let kept = (0..free.len()).filter(|&i| axis[i].abs() >= SMALL * largest);
-    let mut order: Vec<usize> = (0..free.len()).collect();
-    order.sort_by(|a, b| axis[*b].abs().total_cmp(&axis[*a].abs()));
-    let text = match order[..] {
-        [a, b, ..] => words(free[a], free[b], correlation[(a, b)]),
-        _ => String::new(),
+/// Whether a pair concerns one of the parameters sought.
+fn seeks(columns: (usize, usize), x: &ParameterSet) -> bool {
+    let name = |column: usize| x.components().nth(column).map_or("", |c| c.name.as_str());
+    SIX.contains(&name(columns.0)) || SIX.contains(&name(columns.1))
+}
+
+fn pair(p: &adjust::WeakPair, x: &ParameterSet) -> WeakDirection {
+    let name = |column: usize| {
+        x.components()
+            .nth(column)
+            .map_or_else(String::new, |c| c.name.clone())
     };
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let combination = BTreeMap::from([
+        (name(p.columns.0), half),
+        (name(p.columns.1), half * p.correlation.signum()),
+    ]);
+    let help = advice(&name(p.columns.0), &name(p.columns.1));
     WeakDirection {
-        sigma: finite(1.0 / value.sqrt()),
-        combination: kept.map(|i| (SIX[free[i]].to_owned(), axis[i])).collect(),
-        text,
+        sigma: (1.0 - p.correlation.abs()).max(1e-12).powf(-0.5),
+        combination,
+        text: format!("{}{help}", p.words),
     }
 }
 
-/// Two parameters that the data hardly tell apart, and what would.
-fn words(a: usize, b: usize, correlation: f64) -> String {
-    const NAMES: [&str; 6] = [
-        "pitch",
-        "roll",
-        "yaw",
-        "the off-centre (right) lever arm",
-        "the forward lever arm",
-        "the vertical lever arm",
-    ];
-    let help = match (a.min(b), a.max(b)) {
-        (2, 3 | 4) => "a pass at another distance separates them",
-        (0 | 1, 5) | (1, 3) => "horizontal faces at other distances and heights separate them",
-        (0, 2 | 4) => "inclined and horizontal faces seen from another distance separate them",
-        _ => "passes at other distances and headings help",
-    };
-    format!(
-        "{} and {} are nearly inseparable (correlation {correlation:.2}); {help}",
-        NAMES[a], NAMES[b]
-    )
+fn advice(a: &str, b: &str) -> &'static str {
+    let both = |p: &str, q: &str| (a == p && b == q) || (a == q && b == p);
+    if both("yaw", "ly") {
+        "; a pass at another distance separates them, repeating a pass does not"
+    } else if both("pitch", "lz") || both("roll", "lz") {
+        "; more horizontal faces, at other heights and distances, separate them"
+    } else if both("range_scale", "lx") {
+        "; a pass at another distance separates them"
+    } else {
+        ""
+    }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Two parameters with correlation r: the scaled normal matrix has eigenvalues 1 - |r| and 1 + |r|.
-    #[test]
-    fn a_correlated_pair_is_named_with_its_remedy() {
-        let mut covariance = Matrix6::from_diagonal(&[1e-6, 1e-6, 4e-6, 1e-6, 9e-6, 0.0].into());
-        (covariance[(2, 4)], covariance[(4, 2)]) = (-0.99 * 6e-6, -0.99 * 6e-6);
-        let found = observability(&covariance);
-        assert_eq!(found.rank, 5);
-        assert!(
-            (found.condition_number - 1.99 / 0.01).abs() < 1e-6,
-            "{}",
-            found.condition_number
-        );
-        assert_eq!(found.weak.len(), 1);
-        let weak = &found.weak[0];
-        assert!((weak.sigma - 10.0).abs() < 1e-9 && weak.combination.len() == 2);
-        assert!(
-            weak.text.contains("yaw")
-                && weak.text.contains("correlation -0.99")
-                && weak.text.contains("another distance"),
-            "{}",
-            weak.text
-        );
-    }
+/// A weak direction that concerns the parameters sought; `None` when it is strong or about others.
+fn direction(d: &Direction, x: &ParameterSet) -> Option<WeakDirection> {
+    let sigma = d.eigenvalue.max(1e-300).powf(-0.5);
+    let norm = d.error.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let parts: BTreeMap<String, f64> = x
+        .components()
+        .zip(&d.error)
+        .map(|(c, v)| (c.name.clone(), v / norm))
+        .filter(|(_, v)| v.abs() > SMALL)
+        .collect();
+    let sought = parts.keys().any(|k| SIX.contains(&k.as_str()));
+    let mut listed: Vec<(&String, &f64)> = parts.iter().collect();
+    listed.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let words = listed
+        .iter()
+        .map(|(k, v)| format!("{v:+.2} {k}"))
+        .collect::<Vec<_>>()
+        .join(" ");
+    (sought && sigma > WEAK).then(|| WeakDirection {
+        sigma,
+        text: format!(
+            "the combination {words} is {sigma:.0} times weaker than each parameter by itself"
+        ),
+        combination: parts.clone(),
+    })
 }

@@ -231,9 +231,13 @@ fn tie_again(outcome: &PoolOutcome, mounting: &Mounting) -> TieSet {
         .collect();
     planes::apply(&mut patches, scene, &fitted);
     let near = scene.soundings_near(&patches, mounting, 0.5);
-    let gate = Association {
-        gate_sigmas: GATE,
-        corrected: None,
-    };
-    tie_soundings(scene, &patches, &near, mounting, 0.0, 0.0, &gate)
+    tie_soundings(
+        scene,
+        &patches,
+        &near,
+        mounting,
+        0.0,
+        0.0,
+        &Association::before(GATE),
+    )
 }

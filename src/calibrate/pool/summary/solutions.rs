@@ -2,11 +2,9 @@
 
 use nalgebra::{Matrix6, Vector3};
 
-use super::super::config::{JointConfig, Variant};
 use super::super::joint::JointOutcome;
 use super::super::run::{PoolInput, PoolOutcome};
 use super::super::verdict::Refusal;
-use super::quality;
 use crate::adjust::{self, BlockId, Limits};
 use crate::observe::Mounting;
 use crate::results::{
@@ -25,8 +23,8 @@ pub fn sequential(outcome: &PoolOutcome, input: &PoolInput) -> SequentialSolutio
 
 fn no_sequential(input: &PoolInput, message: String) -> SequentialSolution {
     let variant = match input.sequential.variant {
-        Variant::Literal => "literal",
-        Variant::Projected => "projected",
+        super::super::config::Variant::Literal => "literal",
+        super::super::config::Variant::Projected => "projected",
     };
     SequentialSolution {
         variant: variant.to_owned()
@@ -53,7 +51,6 @@ fn not_run(outcome: &PoolOutcome) -> String {
 /// A joint path; refused with the run's reason where it did not come to run.
 pub fn joint(
     joint: Option<&JointOutcome>,
-    config: &JointConfig,
     outcome: &PoolOutcome,
     input: &PoolInput,
 ) -> JointSolution {
@@ -61,7 +58,7 @@ pub fn joint(
         return no_joint(not_run(outcome));
     };
     let iterations = iterations(joint);
-    let quality = quality::of(joint, &outcome.scene, config);
+    let quality = super::quality::quality_of(joint, outcome, input);
     if let Some(refusal) = Refusal::of_joint(joint, input) {
         let status = match joint.solution.status {
             adjust::Status::RankDeficient { .. } => Status::RankDeficient,
