@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::target::{Outline, Role, Target};
 
 /// Spacing of the samples in the k-d tree, metres.
-const SPACING_M: f64 = 0.1;
+const SPACING_M: f64 = 0.25;
 /// Faces closer to each other than this are compared when a point is tied, metres.
 const NEIGHBOUR_M: f64 = 0.6;
 
@@ -195,7 +195,21 @@ impl Patches {
         best
     }
 
-    /// Ties a point, or says why not. `ray` is the direction from the sensor; `sigma_m(normal)` the standard deviation of the
+    /// The patch of a face that the point was tied to before.
+    fn owner_of(&self, face: Option<u16>) -> Option<u16> {
+        let face = usize::from(face?);
+        self.patches
+            .iter()
+            .position(|p| p.face == face)
+            .map(|k| k as u16)
+    }
+
+    fn owner_near(&self, point: &Vector3<f64>, reach_m: f64) -> Option<u16> {
+        let (owner, near_m) = self.nearest(point)?;
+        (near_m <= reach_m).then_some(owner)
+    }
+
+    /// Ties a point, or says why not. `hint` is the face of an earlier tie: it and its neighbours are looked at without a search. `ray` is the direction from the sensor; `sigma_m(normal)` the standard deviation of the
     /// point along a normal, metres.
     #[must_use]
     pub fn assign(
@@ -203,18 +217,19 @@ impl Patches {
         point: &Vector3<f64>,
         ray: &Vector3<f64>,
         gate: &Gate,
+        hint: Option<u16>,
         sigma_m: impl Fn(&Vector3<f64>) -> f64,
     ) -> Verdict {
         let reach_m = 0.5;
         if !self.near_box(point, reach_m) || !on_side(self.water, self.level_m, point.z) {
             return Verdict::NoFace;
         }
-        let Some((owner, near_m)) = self.nearest(point) else {
+        let Some(owner) = self
+            .owner_of(hint)
+            .or_else(|| self.owner_near(point, reach_m))
+        else {
             return Verdict::NoFace;
         };
-        if near_m > reach_m {
-            return Verdict::NoFace;
-        }
         let (mut chosen, mut rivals, mut edge) = (None, 0, false);
         for &n in &self.patches[owner as usize].neighbours {
             let patch = &self.patches[n as usize];

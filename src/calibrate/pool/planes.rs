@@ -123,6 +123,15 @@ pub fn apply(patches: &mut Patches, scene: &Scene, planes: &[Option<Plane>]) {
     }
 }
 
+/// Two passes disagree beyond this many sigmas: one survey in a thousand by chance, with three passes.
+const DISAGREES: f64 = 4.0;
+
+/// The plane that one pass of the scanner gives by itself.
+struct PassPlane {
+    fit: PlaneFit,
+    time_s: f64,
+}
+
 /// A disagreement between the planes of two passes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disagreement {
@@ -136,7 +145,7 @@ pub struct Disagreement {
     pub passes: usize,
 }
 
-/// Compares the upright planes that each pass of the scanner gives by itself; the horizontal faces are seen too obliquely. Returns the worst that exceeds five sigmas of what the
+/// Compares the upright planes that each pass of the scanner gives by itself; the horizontal faces are seen too obliquely. Returns the worst that exceeds four sigmas of what the
 /// trajectory's drift and the scanner's stated uncertainty explain: a scanner that is not calibrated after all.
 #[must_use]
 pub fn disagreement(scene: &Scene, ties: &TieSet) -> Option<Disagreement> {
@@ -146,7 +155,7 @@ pub fn disagreement(scene: &Scene, ties: &TieSet) -> Option<Disagreement> {
     for (group, _) in groups.filter(|(_, g)| upright(g.role)) {
         let points = group_points(scene, ties, group);
         let passes = split_passes(&points);
-        let fits: Vec<PlaneFit> = passes
+        let fits: Vec<PassPlane> = passes
             .iter()
             .filter_map(|pass| robust_pass(scene, group, pass))
             .collect();
@@ -154,7 +163,8 @@ pub fn disagreement(scene: &Scene, ties: &TieSet) -> Option<Disagreement> {
             for b in &fits[..k] {
                 let found = compare(scene, group, a, b, fits.len());
                 let excess = |d: &Disagreement| d.apart_m / d.sigma_m;
-                if excess(&found) > 5.0 && worst.as_ref().is_none_or(|w| excess(&found) > excess(w))
+                if excess(&found) > DISAGREES
+                    && worst.as_ref().is_none_or(|w| excess(&found) > excess(w))
                 {
                     worst = Some(found);
                 }
@@ -164,28 +174,17 @@ pub fn disagreement(scene: &Scene, ties: &TieSet) -> Option<Disagreement> {
     worst
 }
 
-fn split_passes(points: &[(f64, Vector3<f64>)]) -> Vec<Vec<Vector3<f64>>> {
-    let mut passes: Vec<Vec<Vector3<f64>>> = vec![];
-    let mut last = f64::NEG_INFINITY;
-    for (time, point) in points {
-        if time - last > PASS_GAP_S || passes.is_empty() {
-            passes.push(vec![]);
-        }
-        if let Some(pass) = passes.last_mut() {
-            pass.push(*point);
-        }
-        last = *time;
-    }
-    passes.retain(|pass| pass.len() >= 200);
-    passes
+fn split_passes(points: &[(f64, Vector3<f64>)]) -> Vec<&[(f64, Vector3<f64>)]> {
+    let passes = points.chunk_by(|a, b| b.0 - a.0 <= PASS_GAP_S);
+    passes.filter(|pass| pass.len() >= 200).collect()
 }
 
-fn robust_pass(scene: &Scene, group: usize, points: &[Vector3<f64>]) -> Option<PlaneFit> {
+fn robust_pass(scene: &Scene, group: usize, points: &[(f64, Vector3<f64>)]) -> Option<PassPlane> {
     let normal = scene.target.groups[group].normal;
     let sample: Vec<Vector3<f64>> = points
         .iter()
         .step_by(points.len().div_ceil(5000))
-        .copied()
+        .map(|p| p.1)
         .collect();
     let search = PlaneSearch {
         tolerance_m: 4.0 * point_sigma_m(scene),
@@ -198,26 +197,38 @@ fn robust_pass(scene: &Scene, group: usize, points: &[Vector3<f64>]) -> Option<P
         ..PlaneSearch::default()
     };
     let found = find_plane(&sample, &search).ok()?;
-    let settled = 2 * found.inliers.len() > sample.len()
-        && found
-            .fit
-            .sigma_at_m(&found.fit.centroid_m, point_sigma_m(scene))
-            < 0.003;
-    settled.then(|| found.fit.towards(&normal))
+    let sigma_m = found
+        .fit
+        .sigma_at_m(&found.fit.centroid_m, point_sigma_m(scene));
+    let settled = 2 * found.inliers.len() > sample.len() && sigma_m < 0.003;
+    let time_s = points.iter().map(|p| p.0).sum::<f64>() / points.len() as f64;
+    settled.then(|| PassPlane {
+        fit: found.fit.towards(&normal),
+        time_s,
+    })
 }
 
-fn compare(scene: &Scene, group: usize, a: &PlaneFit, b: &PlaneFit, passes: usize) -> Disagreement {
-    let middle = (a.centroid_m + b.centroid_m) * 0.5;
+/// The drift of two passes differs by `2 sigma^2 (1 - exp(-dt / tau))` in variance.
+fn compare(
+    scene: &Scene,
+    group: usize,
+    a: &PassPlane,
+    b: &PassPlane,
+    passes: usize,
+) -> Disagreement {
+    let middle = (a.fit.centroid_m + b.fit.centroid_m) * 0.5;
     let noise = &scene.campaign.trajectory.noise;
+    let gap = (a.time_s - b.time_s).abs() / noise.drift_correlation_time_s;
+    let drift = -2.0 * noise.position_drift_m.powi(2) * (-gap).exp_m1();
     let scanner = scene.campaign.scanner_sigma.map_or(0.0, |s| {
         (s.rotation_rad.amax() * 10.0).hypot(s.lever_arm_m.amax())
     });
-    let spread = |fit: &PlaneFit| fit.sigma_at_m(&middle, fit.point_sigma_m());
-    let sigma_m = (2.0 * (noise.position_drift_m.powi(2) + scanner.powi(2))
-        + spread(a).powi(2)
-        + spread(b).powi(2))
-    .sqrt();
-    let apart_m = (a.plane.distance_m(&middle) - b.plane.distance_m(&middle)).abs();
+    let heading = std::f64::consts::SQRT_2 * 10.0 * noise.heading_drift_rad;
+    let spread = |pass: &PassPlane| pass.fit.sigma_at_m(&middle, pass.fit.point_sigma_m());
+    let sigma_m =
+        (drift + 2.0 * scanner.powi(2) + heading.powi(2) + spread(a).powi(2) + spread(b).powi(2))
+            .sqrt();
+    let apart_m = (a.fit.plane.distance_m(&middle) - b.fit.plane.distance_m(&middle)).abs();
     Disagreement {
         group: scene.target.groups[group].name.clone(),
         apart_m,

@@ -203,6 +203,7 @@ pub fn tie_returns(
     let count = among.map_or(campaign.laser.len(), |a| a.ties.len());
     let mut set = collect(count, |i| {
         let j = among.map_or(i, |a| a.ties[i].row as usize);
+        let hint = among.map(|a| a.ties[i].face);
         if let Some(point) = scene.laser_fixed_point(j) {
             let ray = scene.laser_point(j).map_or(Vector3::x(), |p| p.1);
             let gate = Gate {
@@ -211,7 +212,7 @@ pub fn tie_returns(
             };
             return (
                 j as u32,
-                Some(patches.assign(&point, &ray, &gate, |_| noise.point_m)),
+                Some(patches.assign(&point, &ray, &gate, hint, |_| noise.point_m)),
             );
         }
         let Ok(pose) = scene.trajectory.pose_at(campaign.laser.time_s[j]) else {
@@ -229,7 +230,7 @@ pub fn tie_returns(
             sigmas: gate_sigmas,
             margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M),
         };
-        let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, |normal| {
+        let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, hint, |normal| {
             let partials = along_normal(&pose, &campaign.scanner, &u, normal);
             (return_variance(noise, &u, &partials.sensor) + trajectory.along(&partials.attitude))
                 .sqrt()
@@ -279,7 +280,7 @@ pub fn tie_soundings(
             sigmas: gate_sigmas,
             margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M),
         };
-        let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, |normal| {
+        let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, None, |normal| {
             let p = along_normal(&pose, mounting, &partials.vector_m, normal);
             let gain = partials.jacobian.tr_mul(&p.sensor);
             (sounding_variance(noise, &gain) + trajectory.along(&p.attitude)).sqrt()
