@@ -1,6 +1,7 @@
 //! Loops around a solve: data snooping and variance components.
 
 use super::error::AdjustError;
+use super::kernel::Kernel;
 use super::options::Options;
 use super::problem::{Estimate, Problem, Source};
 use super::quality::{Quality, QualityOptions, assess};
@@ -23,7 +24,8 @@ pub struct Snooped {
 
 /// Data snooping (Baarda 1968): solves, switches off conditions beyond the family-wise critical value, and again.
 ///
-/// A round removes only conditions at least 0.8 times as bad as the worst, since a gross error taints its neighbours, and at most as
+/// Without a kernel a round removes only conditions at least 0.8 times as bad as the worst, since a gross error taints its
+/// neighbours; under a kernel, which bounds the taint, all beyond the critical value. A round removes at most as
 /// many as the quality options list.
 ///
 /// # Errors
@@ -42,7 +44,7 @@ pub fn snoop(
         let reduced = without(problem, &ignored);
         let solution = solve(&reduced, start, options)?;
         let quality = assess(&reduced, &solution, quality_options)?;
-        let found = flagged(&quality);
+        let found = flagged(&quality, options.kernel);
         if found.is_empty() || round >= rounds {
             return Ok(Snooped {
                 solution,
@@ -80,12 +82,17 @@ fn without<'a>(problem: &Problem<'a>, ignored: &'a [Vec<bool>]) -> Problem<'a> {
     reduced
 }
 
-fn flagged(quality: &Quality) -> Vec<(usize, usize)> {
+fn flagged(quality: &Quality, kernel: Kernel) -> Vec<(usize, usize)> {
     let worst = quality
         .worst
         .first()
         .map_or(0.0, |one| one.normalised.abs());
-    let limit = quality.family.critical.max(0.8 * worst);
+    let taint = if kernel.is_least_squares() {
+        0.8 * worst
+    } else {
+        0.0
+    };
+    let limit = quality.family.critical.max(taint);
     let beyond = quality
         .worst
         .iter()

@@ -34,7 +34,7 @@ const STABLE_SIGMAS: f64 = 0.01;
 /// Or when fewer than one tie in this many changed: the last adjustment runs with the changed ones.
 const STABLE_SHARE: usize = 500;
 /// Rounds of data snooping at the most.
-const MOST_SNOOPS: usize = 2;
+const MOST_SNOOPS: usize = 1;
 /// Conditions with the largest normalised residuals that are listed.
 const WORST: usize = 1000;
 
