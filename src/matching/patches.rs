@@ -331,6 +331,7 @@ mod tests {
             &point,
             &(point - Vector3::new(-5.0, 0.0, -0.8)),
             &GATE,
+            None,
             |_| 0.01,
         )
     }
