@@ -72,7 +72,7 @@ pub fn write(path: &Path, scan: &LaserScan) -> Result<(), FormatError> {
     write_whole(path, |w| write_to(w, scan))
 }
 
-/// Writes a laser CSV into `out`, see [`write`].
+/// Writes a laser CSV into `out`, see [`write()`].
 ///
 /// # Errors
 /// Those of `out`.

@@ -290,7 +290,7 @@ pub fn write(
     write_whole(path, |w| write_to(w, trajectory, wander_rad))
 }
 
-/// Writes an SBET into `out`, see [`write`].
+/// Writes an SBET into `out`, see [`write()`].
 ///
 /// # Errors
 /// Those of `out`, and `InvalidInput` without velocities.

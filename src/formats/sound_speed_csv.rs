@@ -75,7 +75,7 @@ pub fn write(path: &Path, profile: &SoundSpeedProfile) -> Result<(), FormatError
     write_whole(path, |w| write_to(w, profile))
 }
 
-/// Writes a sound-speed profile into `out`, see [`write`].
+/// Writes a sound-speed profile into `out`, see [`write()`].
 ///
 /// # Errors
 /// Those of `out`.

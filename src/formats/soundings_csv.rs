@@ -168,7 +168,7 @@ pub fn write(path: &Path, soundings: &Soundings) -> Result<(), FormatError> {
     write_whole(path, |w| write_to(w, soundings))
 }
 
-/// Writes a soundings CSV into `out`, see [`write`].
+/// Writes a soundings CSV into `out`, see [`write()`].
 ///
 /// # Errors
 /// Those of `out`.

@@ -188,7 +188,7 @@ pub fn write(path: &Path, trajectory: &GeodeticTrajectory) -> Result<(), FormatE
     write_whole(path, |w| write_to(w, trajectory))
 }
 
-/// Writes a trajectory CSV into `out`, see [`write`].
+/// Writes a trajectory CSV into `out`, see [`write()`].
 ///
 /// # Errors
 /// Those of `out`.

@@ -47,10 +47,10 @@ pub fn write(path: &Path, scan: &LaserScan) -> Result<(), FormatError> {
     write_columns(path, &columns, None)
 }
 
-/// Writes columns as [`write`] does, with the coordinate reference system as WKT where it is known.
+/// Writes columns as [`write()`] does, with the coordinate reference system as WKT where it is known.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_columns(
     path: &Path,
     columns: &PointColumns<'_>,
