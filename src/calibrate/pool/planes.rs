@@ -123,7 +123,7 @@ pub fn apply(patches: &mut Patches, scene: &Scene, planes: &[Option<Plane>]) {
     }
 }
 
-/// Two passes disagree beyond this many sigmas: one survey in a thousand by chance, with three passes.
+/// Two passes disagree beyond this many sigmas: two surveys in a thousand by chance, with three passes (docs/validation.md).
 const DISAGREES: f64 = 4.0;
 
 /// The plane that one pass of the scanner gives by itself.
