@@ -8,6 +8,7 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::joint::SIX;
+use super::planes::PASS_GAP_S;
 use super::scene::Scene;
 use super::ties::Tie;
 use crate::geometry::rotation;
@@ -17,8 +18,6 @@ use crate::observe::Mounting;
 const LOOKED_AT: usize = 20_000;
 /// Fewest ties of a plane that counts.
 const LEAST_TIES: usize = 10;
-/// Soundings further apart in time than this belong to different passes, seconds.
-const PASS_GAP_S: f64 = 5.0;
 /// A direction with less than this share of the best determined one hangs on the boat's motion alone.
 const LEAST_SHARE: f64 = 8e-3;
 

@@ -527,7 +527,7 @@ fn parameters(
         .range_scale
         .then(|| scalar(&mut x, "range_scale", Unit::One))
         .transpose()?;
-    let faces = push_planes(&mut x, scene, start.planes, start.returns, free)?;
+    let faces = push_planes(&mut x, scene, start.planes, free)?;
     Ok((
         x,
         Blocks {
@@ -644,7 +644,6 @@ fn push_planes(
     x: &mut ParameterSet,
     scene: &Scene,
     planes: &GroupPlanes,
-    returns: &TieSet,
     free: bool,
 ) -> Result<Vec<Option<FacePlane>>, AdjustError> {
     let target = scene.target;
@@ -693,7 +692,6 @@ fn push_planes(
             design_m: design.value_m,
         }));
     }
-    let _ = returns;
     Ok(faces)
 }
 

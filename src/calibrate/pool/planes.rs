@@ -14,7 +14,7 @@ const SEARCH_POINTS: usize = 20_000;
 /// A plane of fewer returns is none.
 const LEAST_RETURNS: usize = 30;
 /// Observations further apart in time than this belong to different passes, seconds.
-const PASS_GAP_S: f64 = 5.0;
+pub(super) const PASS_GAP_S: f64 = 5.0;
 
 /// The plane of one group, at the group's design position (face offsets taken off).
 #[derive(Clone, Copy, Debug)]

@@ -5,23 +5,16 @@ use nalgebra::Matrix6;
 use super::config::JointConfig;
 use super::coverage::Coverage;
 use super::joint::{self, JointStart, SIX};
-use super::planes;
-use super::run::{PoolError, PoolInput};
+use super::planes::{self, PASS_GAP_S};
+use super::run::{CANDIDATE_M, PoolError, PoolInput, Scanned};
 use super::scene::Scene;
 use super::ties::{self, Association, TieSet};
 use super::verdict::{Refusal, undetermined_by};
-use crate::geometry::plane::Plane;
 use crate::matching::{Patches, Water};
 use crate::observe::Campaign;
 use crate::results::SixSigmas;
 use crate::target::{Role, Target};
 
-/// Gate of the first association of returns, in the configured gates.
-const WIDE: f64 = 4.0;
-/// Soundings within this of the target stay candidates, metres.
-const CANDIDATE_M: f64 = 0.5;
-/// Soundings further apart in time than this belong to different passes, seconds.
-const PASS_GAP_S: f64 = 5.0;
 /// Distances whose quotient is below this count as one distance.
 const ONE_DISTANCE: f64 = 1.3;
 /// Fewest observations on a kind of face that count as seen.
@@ -111,34 +104,20 @@ const ROLES: [(Role, &str); 5] = [
 pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
     let (campaign, target) = (input.campaign, input.target);
     let scene = Scene::prepare(campaign, target, input.prior)?;
-    let mut laser = Patches::new(
-        target,
-        Water::Above,
-        campaign.water_level_m,
-        &scene.origins(&campaign.scanner),
-    );
-    let wide = ties::tie_returns(
-        &scene,
-        &laser,
-        None,
-        &Association::before(WIDE * input.joint.gate_sigma),
-    );
-    let found = planes::extract(&scene, &wide, input.seed);
-    let fitted: Vec<Option<Plane>> = found.iter().map(|p| p.map(|p| p.fit.plane)).collect();
-    planes::apply(&mut laser, &scene, &fitted);
-    let returns = ties::tie_returns(
-        &scene,
-        &laser,
-        None,
-        &Association::before(input.joint.gate_sigma),
-    );
+    let Scanned {
+        wide,
+        planes: found,
+        fitted,
+        returns,
+        ..
+    } = Scanned::by(&scene, input);
     let mut refusal = Refusal::of_scanner(&scene, &found, &wide);
     let mut soundings = TieSet::default();
     let mut passes = vec![];
     let mut predicted = None;
     if refusal.is_none() {
         let rough = scene.rough_mounting();
-        refusal = Refusal::of_soundings(&scene, &rough);
+        refusal = Refusal::of_soundings(&rough);
         let mut patches = Patches::new(
             target,
             Water::Below,

@@ -87,7 +87,48 @@ pub enum PoolError {
 /// Gate of the first, wide association of returns, in sigmas: the target's planes are known from its design only.
 const WIDE: f64 = 4.0;
 /// Soundings within this of the target under the rough mounting stay candidates, metres.
-const CANDIDATE_M: f64 = 0.5;
+pub(super) const CANDIDATE_M: f64 = 0.5;
+
+/// What the laser returns say of the target: association, planes, association on those planes.
+pub(super) struct Scanned {
+    /// The faces above the water, on the planes found.
+    pub laser: Patches,
+    /// Ties by the design alone, in a wide gate.
+    pub wide: TieSet,
+    /// The planes found, by group.
+    pub planes: GroupPlanes,
+    /// The same without their statistics.
+    pub fitted: Vec<Option<Plane>>,
+    /// Ties on the planes found.
+    pub returns: TieSet,
+}
+
+impl Scanned {
+    pub(super) fn by(scene: &Scene, input: &PoolInput) -> Self {
+        let origins = scene.origins(&input.campaign.scanner);
+        let mut laser = Patches::new(
+            input.target,
+            Water::Above,
+            input.campaign.water_level_m,
+            &origins,
+        );
+        let tie = |laser: &Patches, gate| {
+            ties::tie_returns(scene, laser, None, &Association::before(gate))
+        };
+        let wide = tie(&laser, WIDE * input.joint.gate_sigma);
+        let planes = planes::extract(scene, &wide, input.seed);
+        let fitted: Vec<Option<Plane>> = planes.iter().map(|p| p.map(|p| p.fit.plane)).collect();
+        planes::apply(&mut laser, scene, &fitted);
+        let returns = tie(&laser, input.joint.gate_sigma);
+        Self {
+            laser,
+            wide,
+            planes,
+            fitted,
+            returns,
+        }
+    }
+}
 
 /// Calibrates. `progress` is told what is being done.
 ///
@@ -99,29 +140,14 @@ pub fn calibrate<'a>(
 ) -> Result<PoolOutcome<'a>, PoolError> {
     progress("refining the target's pose from the laser points");
     let scene = Scene::prepare(input.campaign, input.target, input.prior)?;
-    let level_m = input.campaign.water_level_m;
-    let mut laser = Patches::new(
-        input.target,
-        Water::Above,
-        level_m,
-        &scene.origins(&input.campaign.scanner),
-    );
     progress("extracting the scanner's planes");
-    let wide = ties::tie_returns(
-        &scene,
-        &laser,
-        None,
-        &Association::before(WIDE * input.joint.gate_sigma),
-    );
-    let planes = planes::extract(&scene, &wide, input.seed);
-    let fitted: Vec<Option<Plane>> = planes.iter().map(|p| p.map(|p| p.fit.plane)).collect();
-    planes::apply(&mut laser, &scene, &fitted);
-    let returns = ties::tie_returns(
-        &scene,
-        &laser,
-        None,
-        &Association::before(input.joint.gate_sigma),
-    );
+    let Scanned {
+        laser,
+        wide,
+        planes,
+        fitted,
+        returns,
+    } = Scanned::by(&scene, input);
     let mut outcome = PoolOutcome {
         scene,
         planes,
@@ -139,12 +165,17 @@ pub fn calibrate<'a>(
     progress("finding the target in the soundings");
     let rough = outcome.scene.rough_mounting();
     outcome.rough = Some(rough);
-    outcome.refusal = Refusal::of_soundings(&outcome.scene, &rough);
+    outcome.refusal = Refusal::of_soundings(&rough);
     if outcome.refusal.is_some() {
         return Ok(outcome);
     }
     let origins = outcome.scene.origins(&rough.mounting);
-    let mut sonar = Patches::new(input.target, Water::Below, level_m, &origins);
+    let mut sonar = Patches::new(
+        input.target,
+        Water::Below,
+        input.campaign.water_level_m,
+        &origins,
+    );
     planes::apply(&mut sonar, &outcome.scene, &fitted);
     let mut surfaces = Surfaces { laser, sonar };
     let candidates = outcome

@@ -157,7 +157,7 @@ impl Refusal {
 
     /// What the rough registration of the soundings can prove wrong.
     #[must_use]
-    pub fn of_soundings(scene: &Scene, rough: &RoughMounting) -> Option<Self> {
+    pub fn of_soundings(rough: &RoughMounting) -> Option<Self> {
         if let Some((axis, mirrored)) = rough.mirrored
             && mirrored > 1.5 * rough.fit
         {
@@ -167,7 +167,6 @@ impl Refusal {
             });
         }
         let found = rough.near >= LEAST_TIES && rough.fit >= LEAST_SONAR_FIT;
-        let _ = scene;
         (!found).then_some(Self::NoSoundings {
             near: rough.near,
             fit: rough.fit,
