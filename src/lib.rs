@@ -22,6 +22,7 @@
 //! A module imports only from floors below its own (`tests/layers.rs` holds the table).
 
 pub mod adjust;
+pub mod budget;
 pub mod calibrate;
 pub mod cli;
 pub mod formats;

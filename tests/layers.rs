@@ -27,8 +27,13 @@ const FLOORS: [(&str, u8); 17] = [
 ];
 
 /// Neighbours on one floor of which the first builds on the second; never the other way round.
-/// The floor plan's prose does not name them: matching ties points to a target's faces, the simulator casts rays at them.
-const NEIGHBOURS: [(&str, &str); 2] = [("matching", "target"), ("simulate", "target")];
+/// The floor plan's prose does not name them: matching ties points to a target's faces, the simulator casts rays at them, and a
+/// budget propagates errors through the calibrations.
+const NEIGHBOURS: [(&str, &str); 3] = [
+    ("matching", "target"),
+    ("simulate", "target"),
+    ("budget", "calibrate"),
+];
 
 /// What holds besides the floors: a module that may know only these.
 /// The simulator casts rays and does not call `georef`, so that the two check each other.
