@@ -9,7 +9,9 @@ use super::config::{Drift, JointConfig, KernelName, Planes};
 use super::coverage::Coverage;
 use super::planes::{self, GroupPlanes};
 use super::scene::Scene;
-use super::ties::{Association, Corrected, TieSet, TrajectoryVariance, tie_returns, tie_soundings};
+use super::ties::{
+    Among, Association, Corrected, TieSet, TrajectoryVariance, tie_returns, tie_soundings,
+};
 use crate::adjust::{
     AdjustError, Block, BlockId, ChainModel, Component, Estimate, Kernel, Limits, Observability,
     Options, ParameterSet, Problem, Process, ProcessKind, Quality, QualityOptions, Solution,
@@ -33,6 +35,8 @@ const STABLE_SIGMAS: f64 = 0.01;
 
 /// Or when fewer than one tie in this many changed: the last adjustment runs with the changed ones.
 const STABLE_SHARE: usize = 500;
+/// The first round only brings the estimate near: of more ties than this it takes evenly chosen ones.
+const FIRST_ROUND_TIES: usize = 25_000;
 /// Rounds of data snooping at the most.
 const MOST_SNOOPS: usize = 1;
 /// Conditions with the largest normalised residuals that are listed.
@@ -265,7 +269,9 @@ pub fn run(
             ties.soundings.ties.len()
         ));
         let before = blocks.mounting.at(&estimate.parameters);
-        let solution = frame.with_problem(&ties, &estimate.parameters.clone(), |problem| {
+        let thinned = (rounds.is_empty() && ties.are_many()).then(|| ties.thinned());
+        let used = thinned.as_ref().unwrap_or(&ties);
+        let solution = frame.with_problem(used, &estimate.parameters.clone(), |problem| {
             solve(problem, estimate, &passing(config))
         })?;
         if !solution.status.was_successful() && solution.status != Status::Stalled {
@@ -289,6 +295,7 @@ pub fn run(
         });
         let stable = all <= (ties.soundings.ties.len() + ties.returns.ties.len()) / STABLE_SHARE
             || (step < STABLE_SIGMAS && rounds.len() > 1);
+        let stable = stable && !(rounds.len() == 1 && ties.are_many());
         if stable || rounds.len() >= MOST_ROUNDS {
             progress("joint path: data snooping and quality");
             return frame.judged(solution, again, rounds, stable);
@@ -702,6 +709,20 @@ struct Ties {
     returns: TieSet,
 }
 
+impl Ties {
+    fn are_many(&self) -> bool {
+        self.soundings.ties.len().max(self.returns.ties.len()) > FIRST_ROUND_TIES
+    }
+
+    /// Evenly chosen ties of both sensors.
+    fn thinned(&self) -> Self {
+        Self {
+            soundings: self.soundings.thinned(FIRST_ROUND_TIES),
+            returns: self.returns.thinned(FIRST_ROUND_TIES),
+        }
+    }
+}
+
 /// The faces as each sensor sees them, on their planes as currently known.
 #[derive(Debug)]
 pub struct Surfaces {
@@ -750,7 +771,7 @@ impl Frame<'_> {
                 tie_returns(
                     self.scene,
                     &surfaces.laser,
-                    Some(self.start.returns),
+                    Among::Tied(self.start.returns),
                     &association,
                 )
             }

@@ -11,7 +11,7 @@ use super::sequential::{
     self, FaceSoundings, HorizontalReturns, HorizontalSoundings, RoleSoundings, ScannerPlanes,
     SequentialError,
 };
-use super::ties::{self, Association, Tie, TieSet};
+use super::ties::{self, Among, Association, Tie, TieSet};
 use super::verdict::Refusal;
 use crate::adjust::AdjustError;
 use crate::geometry::ellipsoid::TargetPose;
@@ -112,14 +112,14 @@ impl Scanned {
             input.campaign.water_level_m,
             &origins,
         );
-        let tie = |laser: &Patches, gate| {
-            ties::tie_returns(scene, laser, None, &Association::before(gate))
+        let tie = |laser: &Patches, among, gate| {
+            ties::tie_returns(scene, laser, among, &Association::before(gate))
         };
-        let wide = tie(&laser, WIDE * input.joint.gate_sigma);
+        let wide = tie(&laser, Among::All, WIDE * input.joint.gate_sigma);
         let planes = planes::extract(scene, &wide, input.seed);
         let fitted: Vec<Option<Plane>> = planes.iter().map(|p| p.map(|p| p.fit.plane)).collect();
         planes::apply(&mut laser, scene, &fitted);
-        let returns = tie(&laser, input.joint.gate_sigma);
+        let returns = tie(&laser, Among::AllLike(&wide), input.joint.gate_sigma);
         Self {
             laser,
             wide,
