@@ -2,3 +2,9 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | [`swath`] | what a calibration's covariance means for a sounding, against IHO S-44 |
+//! | [`plan`], [`passes`] | which pass to sail next, and how many |
+
+pub mod passes;
+pub mod plan;
+pub mod swath;

@@ -191,14 +191,12 @@ impl Patches {
         let mut best: Option<(Vector3<f64>, f64, f64)> = None;
         for &n in &self.patches[owner as usize].neighbours {
             let patch = &self.patches[n as usize];
-            if patch.normal.dot(ray) >= 0.0 {
-                continue;
-            }
             let signed_m = patch.normal.dot(point) - patch.distance_m;
-            if signed_m.abs() > reach_m || best.is_some_and(|b| signed_m.abs() > b.2) {
+            let nearest_m = best.map_or(reach_m, |b| b.2);
+            if signed_m.abs() > nearest_m || patch.normal.dot(ray) >= 0.0 {
                 continue;
             }
-            let outside_m = (-patch.outline.inside_within_m(point, reach_m)).max(0.0);
+            let outside_m = (-patch.outline.inside_within_m(point, nearest_m)).max(0.0);
             let away_m = signed_m.hypot(outside_m);
             if away_m <= reach_m && best.is_none_or(|b| away_m < b.2) {
                 best = Some((patch.normal, signed_m, away_m));
@@ -255,11 +253,11 @@ impl Patches {
         let (mut chosen, mut rivals, mut edge) = (None, 0, false);
         for &n in &self.patches[owner as usize].neighbours {
             let patch = &self.patches[n as usize];
-            if patch.normal.dot(ray) >= 0.0 {
-                continue;
-            }
             let misfit_m = (patch.normal.dot(point) - patch.distance_m).abs();
-            if misfit_m > widest_m || misfit_m > gate.sigmas * sigma_m(&patch.normal) {
+            if misfit_m > widest_m
+                || patch.normal.dot(ray) >= 0.0
+                || misfit_m > gate.sigmas * sigma_m(&patch.normal)
+            {
                 continue;
             }
             let inside_m = patch.outline.inside_within_m(point, edge_m);

@@ -1,5 +1,9 @@
 //! The joint path: angles, lever arm, planes and trajectory errors in one Gauss-Helmert adjustment (mathematics section 5).
 
+mod predict;
+
+pub use predict::{Information, information, predict};
+
 use nalgebra::{DMatrix, Matrix6, Vector3};
 
 use super::conditions::{
@@ -37,6 +41,8 @@ const STABLE_SIGMAS: f64 = 0.01;
 const STABLE_SHARE: usize = 500;
 /// The first round only brings the estimate near: of more ties than this it takes evenly chosen ones.
 const FIRST_ROUND_TIES: usize = 25_000;
+/// The last adjustment has converged when nothing moves by more than this in its own sigma.
+const LAST_STEP_SIGMAS: f64 = 0.01;
 /// Rounds of data snooping at the most.
 const MOST_SNOOPS: usize = 1;
 /// Conditions with the largest normalised residuals that are listed.
@@ -436,49 +442,6 @@ impl Frame<'_> {
     }
 }
 
-/// Covariance of the six parameters (order of [`SIX`]; rad, m) that these ties promise at the start, before anything is solved:
-/// one linearisation.
-///
-/// # Errors
-/// [`AdjustError`] from the engine.
-pub fn predict(
-    scene: &Scene,
-    start: &JointStart,
-    patches: &Patches,
-    config: &JointConfig,
-) -> Result<(Matrix6<f64>, usize), AdjustError> {
-    let epochs = Epochs::number(scene, start.returns, start.candidates, 0.0)?;
-    let (parameters, blocks) = parameters(scene, start, config)?;
-    let frame = Frame {
-        scene,
-        start,
-        config,
-        epochs: &epochs,
-        blocks: &blocks,
-    };
-    let estimate = Estimate::new(parameters);
-    let wide = Association {
-        gate_sigmas: config.gate_sigma,
-        corrected: None,
-    };
-    let soundings = frame.associate_soundings(patches, &estimate, &wide);
-    let ties = Ties {
-        soundings,
-        returns: frame.known(start.returns.clone()),
-    };
-    let once = Options {
-        max_iterations: 1,
-        ..options(config)
-    };
-    let solution = frame.with_problem(&ties, &estimate.parameters.clone(), |problem| {
-        solve(problem, estimate, &once)
-    })?;
-    Ok((
-        six_covariance(&solution, &blocks),
-        ties.soundings.ties.len(),
-    ))
-}
-
 /// Options of the adjustments before the last: their cofactors only measure steps.
 fn passing(config: &JointConfig) -> Options {
     Options {
@@ -500,6 +463,7 @@ fn options(config: &JointConfig) -> Options {
     };
     Options {
         kernel,
+        step_tolerance_sigmas: LAST_STEP_SIGMAS,
         ..Options::default()
     }
 }
