@@ -162,12 +162,16 @@ impl Epochs {
     ) -> Result<Self, AdjustError> {
         let trajectory = &scene.trajectory;
         let mut needed = vec![false; trajectory.len()];
+        let times_s = trajectory.times_s();
         let mut mark = |time_s: f64| {
-            for time_s in [time_s - reach_s, time_s, time_s + reach_s] {
-                if let Ok(record) = trajectory.record_before(time_s) {
-                    needed[record] = true;
-                    needed[record + 1] = true;
-                }
+            if let Ok(record) = trajectory.record_before(time_s) {
+                needed[record..record + 2].fill(true);
+            }
+            if reach_s > 0.0 {
+                let first = times_s.partition_point(|t| *t <= time_s - reach_s);
+                let last = times_s.partition_point(|t| *t <= time_s + reach_s);
+                let end = (last + 1).min(times_s.len());
+                needed[first.saturating_sub(1)..end].fill(true);
             }
         };
         if scene.laser_uses_trajectory() {
