@@ -13,7 +13,7 @@ use super::ties::{Association, Corrected, TieSet, TrajectoryVariance, tie_return
 use crate::adjust::{
     AdjustError, Block, BlockId, ChainModel, Component, Estimate, Kernel, Limits, Observability,
     Options, ParameterSet, Problem, Process, ProcessKind, Quality, QualityOptions, Solution,
-    Source, Status, Unit, observability, snoop, solve,
+    Source, Status, Unit, VarianceComponent, observability, snoop, solve, variance_components,
 };
 use crate::geometry::plane::Plane;
 use crate::geometry::rotation;
@@ -35,6 +35,8 @@ const STABLE_SIGMAS: f64 = 0.01;
 const STABLE_SHARE: usize = 500;
 /// Rounds of data snooping at the most.
 const MOST_SNOOPS: usize = 1;
+/// Rounds of variance components at the most.
+const MOST_COMPONENT_ROUNDS: usize = 20;
 /// Conditions with the largest normalised residuals that are listed.
 const WORST: usize = 1000;
 
@@ -100,8 +102,19 @@ pub struct Judgement {
     pub snooped: usize,
     /// What the faces' directions determine, the boat's motion aside.
     pub coverage: Coverage,
+    /// Iterated variance components, where they were asked for.
+    pub components: Option<Components>,
     /// Raw rows of the worst conditions, in the order of [`Quality::worst`]: group and row.
     pub worst_rows: Vec<(u16, u32)>,
+}
+
+/// Iterated variance components by observation group (Förstner 1979).
+#[derive(Clone, Debug)]
+pub struct Components {
+    /// One per group, in order.
+    pub groups: Vec<VarianceComponent>,
+    /// Whether they stood still within 1 %.
+    pub converged: bool,
 }
 
 impl JointOutcome {
@@ -359,7 +372,8 @@ impl Frame<'_> {
             0 => (SOUNDINGS, ties.soundings.ties[k].row),
             _ => (RETURNS, ties.returns.ties[k].row),
         };
-        let judgement = Judgement {
+        let mut judgement = Judgement {
+            components: None,
             worst_rows: snooped
                 .quality
                 .worst
@@ -380,7 +394,31 @@ impl Frame<'_> {
         };
         drop_snooped(&mut ties.soundings, snooped.ignored.first());
         drop_snooped(&mut ties.returns, snooped.ignored.get(1));
+        judgement.components = self.components(&ties, &snooped.solution.estimate)?;
         Ok(self.outcome(snooped.solution, ties, rounds, stable, Some(judgement)))
+    }
+
+    /// Iterated variance components of the ties that data snooping left, by plain least squares: a kernel shortens the tails and
+    /// with them the components.
+    fn components(
+        &self,
+        ties: &Ties,
+        estimate: &Estimate,
+    ) -> Result<Option<Components>, AdjustError> {
+        if !self.config.variance_components {
+            return Ok(None);
+        }
+        let plain = Options {
+            kernel: Kernel::LeastSquares,
+            ..passing(self.config)
+        };
+        let found = self.with_problem(ties, &estimate.parameters, |problem| {
+            variance_components(problem, estimate.clone(), &plain, MOST_COMPONENT_ROUNDS)
+        })?;
+        Ok(Some(Components {
+            groups: found.components,
+            converged: found.converged,
+        }))
     }
 
     /// Builds the problem of these ties and hands it to `then`.
