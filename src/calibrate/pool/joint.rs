@@ -19,7 +19,7 @@ use super::ties::{
 use crate::adjust::{
     AdjustError, Block, BlockId, ChainModel, Component, Estimate, Kernel, Limits, Observability,
     Options, ParameterSet, Problem, Process, ProcessKind, Quality, QualityOptions, Solution,
-    Source, Status, Unit, observability, snoop, solve,
+    Source, Status, Unit, VarianceComponent, observability, snoop, solve, variance_components,
 };
 use crate::geometry::plane::Plane;
 use crate::geometry::rotation;
@@ -45,6 +45,8 @@ const FIRST_ROUND_TIES: usize = 25_000;
 const LAST_STEP_SIGMAS: f64 = 0.01;
 /// Rounds of data snooping at the most.
 const MOST_SNOOPS: usize = 1;
+/// Rounds of variance components at the most.
+const MOST_COMPONENT_ROUNDS: usize = 20;
 /// Conditions with the largest normalised residuals that are listed.
 const WORST: usize = 1000;
 
@@ -110,8 +112,19 @@ pub struct Judgement {
     pub snooped: usize,
     /// What the faces' directions determine, the boat's motion aside.
     pub coverage: Coverage,
+    /// Iterated variance components, where they were asked for.
+    pub components: Option<Components>,
     /// Raw rows of the worst conditions, in the order of [`Quality::worst`]: group and row.
     pub worst_rows: Vec<(u16, u32)>,
+}
+
+/// Iterated variance components by observation group (Förstner 1979).
+#[derive(Clone, Debug)]
+pub struct Components {
+    /// One per group, in order.
+    pub groups: Vec<VarianceComponent>,
+    /// Whether they stood still within 1 %.
+    pub converged: bool,
 }
 
 impl JointOutcome {
@@ -172,12 +185,16 @@ impl Epochs {
     ) -> Result<Self, AdjustError> {
         let trajectory = &scene.trajectory;
         let mut needed = vec![false; trajectory.len()];
+        let times_s = trajectory.times_s();
         let mut mark = |time_s: f64| {
-            for time_s in [time_s - reach_s, time_s, time_s + reach_s] {
-                if let Ok(record) = trajectory.record_before(time_s) {
-                    needed[record] = true;
-                    needed[record + 1] = true;
-                }
+            if let Ok(record) = trajectory.record_before(time_s) {
+                needed[record..record + 2].fill(true);
+            }
+            if reach_s > 0.0 {
+                let first = times_s.partition_point(|t| *t <= time_s - reach_s);
+                let last = times_s.partition_point(|t| *t <= time_s + reach_s);
+                let end = (last + 1).min(times_s.len());
+                needed[first.saturating_sub(1)..end].fill(true);
             }
         };
         if scene.laser_uses_trajectory() {
@@ -368,7 +385,8 @@ impl Frame<'_> {
             0 => (SOUNDINGS, ties.soundings.ties[k].row),
             _ => (RETURNS, ties.returns.ties[k].row),
         };
-        let judgement = Judgement {
+        let mut judgement = Judgement {
+            components: None,
             worst_rows: snooped
                 .quality
                 .worst
@@ -389,7 +407,31 @@ impl Frame<'_> {
         };
         drop_snooped(&mut ties.soundings, snooped.ignored.first());
         drop_snooped(&mut ties.returns, snooped.ignored.get(1));
+        judgement.components = self.components(&ties, &snooped.solution.estimate)?;
         Ok(self.outcome(snooped.solution, ties, rounds, stable, Some(judgement)))
+    }
+
+    /// Iterated variance components of the ties that data snooping left, by plain least squares: a kernel shortens the tails and
+    /// with them the components.
+    fn components(
+        &self,
+        ties: &Ties,
+        estimate: &Estimate,
+    ) -> Result<Option<Components>, AdjustError> {
+        if !self.config.variance_components {
+            return Ok(None);
+        }
+        let plain = Options {
+            kernel: Kernel::LeastSquares,
+            ..passing(self.config)
+        };
+        let found = self.with_problem(ties, &estimate.parameters, |problem| {
+            variance_components(problem, estimate.clone(), &plain, MOST_COMPONENT_ROUNDS)
+        })?;
+        Ok(Some(Components {
+            groups: found.components,
+            converged: found.converged,
+        }))
     }
 
     /// Builds the problem of these ties and hands it to `then`.

@@ -13,7 +13,6 @@ use super::sequential::{
 };
 use super::ties::{self, Among, Association, Tie, TieSet};
 use super::verdict::Refusal;
-use crate::adjust::AdjustError;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::{Plane, PlaneFit};
 use crate::georef::{RayError, georeference};
@@ -79,9 +78,6 @@ pub enum PoolError {
     /// The sound speed cannot be used.
     #[error("sound speed: {0}")]
     SoundSpeed(#[from] RayError),
-    /// The engine refused its input.
-    #[error("adjustment: {0}")]
-    Adjust(#[from] AdjustError),
 }
 
 /// Gate of the first, wide association of returns, in sigmas: the target's planes are known from its design only.
@@ -196,57 +192,46 @@ pub fn calibrate<'a>(
         outcome.sequential = Some(run_sequential(&outcome, &ties, input.sequential));
     }
     if input.method != Method::Sequential {
-        run_joint(
-            input,
-            &mut outcome,
-            &mut surfaces,
-            &rough,
-            &candidates,
-            progress,
-        )?;
+        let start = JointStart {
+            mounting: rough.mounting,
+            planes: &outcome.planes,
+            returns: &outcome.returns,
+            candidates: &candidates,
+        };
+        let found = run_joint(input, &outcome.scene, &start, &mut surfaces, progress);
+        (outcome.joint, outcome.simple, outcome.refusal) = found;
     }
-    outcome.refusal = Refusal::of_solution(&outcome, input);
+    outcome.refusal = outcome
+        .refusal
+        .take()
+        .or_else(|| Refusal::of_solution(&outcome, input));
     Ok(outcome)
 }
 
+/// The rigorous joint path, the simple one where it was asked for, and why there is no rigorous one.
 fn run_joint(
     input: &PoolInput,
-    outcome: &mut PoolOutcome,
+    scene: &Scene,
+    start: &JointStart,
     surfaces: &mut Surfaces,
-    rough: &RoughMounting,
-    candidates: &[u32],
     progress: &(dyn Fn(&str) + Sync),
-) -> Result<(), PoolError> {
-    let start = JointStart {
-        mounting: rough.mounting,
-        planes: &outcome.planes,
-        returns: &outcome.returns,
-        candidates,
-    };
+) -> (Option<JointOutcome>, Option<JointOutcome>, Option<Refusal>) {
     progress("joint path: angles, lever arm, planes and drift together");
-    outcome.joint = Some(joint::run(
-        &outcome.scene,
-        &start,
-        surfaces,
-        input.joint,
-        progress,
-    )?);
-    if input.joint.simple {
-        progress("simple joint model: planes fixed, drift off");
-        let simple = JointConfig {
-            planes: Planes::Fixed,
-            drift: Drift::Off,
-            ..input.joint.clone()
-        };
-        outcome.simple = Some(joint::run(
-            &outcome.scene,
-            &start,
-            surfaces,
-            &simple,
-            progress,
-        )?);
+    let rigorous = match joint::run(scene, start, surfaces, input.joint, progress) {
+        Ok(found) => found,
+        Err(error) => return (None, None, Some(Refusal::failed(&error))),
+    };
+    if !input.joint.simple {
+        return (Some(rigorous), None, None);
     }
-    Ok(())
+    progress("simple joint model: planes fixed, drift off");
+    let simple = JointConfig {
+        planes: Planes::Fixed,
+        drift: Drift::Off,
+        ..input.joint.clone()
+    };
+    let simple = joint::run(scene, start, surfaces, &simple, progress);
+    (Some(rigorous), simple.ok(), None)
 }
 
 /// A tied sounding as the reference path uses it again in every pass.
@@ -332,11 +317,7 @@ fn scanner_planes(outcome: &PoolOutcome) -> Result<ScannerPlanes, SequentialErro
                 target.design_offset_m(f),
             ))
         });
-        found.ok_or(SequentialError::TooFewSoundings {
-            plane,
-            found: 0,
-            expected: 20,
-        })
+        found.ok_or(SequentialError::NoScannerPlane { plane })
     };
     let mut sums = vec![(0usize, Vector3::zeros()); target.faces.len()];
     for tie in &outcome.returns.ties {
