@@ -2,3 +2,18 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | [`sources`] | the error sources in words, which of them act, each alone |
+//! | [`trial`] | one trial without files |
+//! | [`ledger`] | the file of trials |
+//! | [`experiment`] | which trials are run, on all cores, interrupted and gone on with |
+//! | [`statistics`] | what the trials say of each path |
+//! | [`sweep`] | one or two scenario values over ranges |
+//! | [`summary`] | the trials as `budget.json` |
+
+pub mod experiment;
+pub mod ledger;
+pub mod sources;
+pub mod statistics;
+pub mod summary;
+pub mod sweep;
+pub mod trial;

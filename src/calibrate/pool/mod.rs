@@ -28,5 +28,5 @@ pub mod ties;
 pub mod verdict;
 
 pub use config::{JointConfig, SequentialConfig};
-pub use run::{Method, PoolError, PoolInput, PoolOutcome, calibrate};
+pub use run::{Method, PoolError, PoolInput, PoolOutcome, calibrate, calibrate_with};
 pub use scene::Scene;
