@@ -134,21 +134,24 @@ impl Experiment {
     /// # Errors
     /// [`LedgerError`].
     pub fn prepare(&self, folder: &Path, resume: bool) -> Result<Vec<u64>, LedgerError> {
-        for cell in &self.cells {
+        let is_old = |cell: &&Cell| ledger_of(folder, cell).exists();
+        if !resume && let Some(cell) = self.cells.iter().find(is_old) {
             let file = ledger_of(folder, cell);
-            if !resume && file.exists() {
-                return Err(LedgerError::Taken { file });
-            }
+            return Err(LedgerError::Taken { file });
+        }
+        let prepared = |cell: &Cell| {
+            let done = ledger::prepare(&ledger_of(folder, cell), &self.header(cell))?;
+            Ok(done.min(cell.trials))
+        };
+        // every old one is judged before a new one is written
+        for cell in self.cells.iter().filter(is_old) {
+            prepared(cell)?;
         }
         std::fs::create_dir_all(folder).map_err(|e| LedgerError::System {
             file: folder.to_owned(),
             found: e.to_string(),
         })?;
-        let done = |cell: &Cell| {
-            let done = ledger::prepare(&ledger_of(folder, cell), &self.header(cell))?;
-            Ok(done.min(cell.trials))
-        };
-        self.cells.iter().map(done).collect()
+        self.cells.iter().map(prepared).collect()
     }
 
     /// Runs the trials that are missing in the ledgers of a prepared folder on the threads of the current pool. `done` is what

@@ -8,7 +8,7 @@
 //! | [`experiment`] | which trials are run, on all cores, interrupted and gone on with |
 //! | [`statistics`] | what the trials say of each path |
 //! | [`sweep`] | one or two scenario values over ranges |
-//! | [`summary`] | the trials as `budget.json` |
+//! | [`summary`] | the trials as `result.json` |
 
 pub mod experiment;
 pub mod ledger;

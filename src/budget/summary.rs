@@ -1,4 +1,4 @@
-//! The trials as `budget.json`: streamed from the ledgers cell by cell in the order of seeds, so that an interrupted run that was gone
+//! The trials as `result.json`: streamed from the ledgers cell by cell in the order of seeds, so that an interrupted run that was gone
 //! on with gives the same bytes as one that was not, on any number of threads.
 
 use std::path::Path;

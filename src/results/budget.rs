@@ -1,4 +1,4 @@
-//! An error budget as plain serialisable data: `budget.json`.
+//! An error budget as plain serialisable data: `result.json`.
 //!
 //! Angles in degrees, lengths in metres, as the names say. What could not be determined is `None` (`null` in the file), never NaN.
 
@@ -11,7 +11,7 @@ use super::{SixValues, Software};
 /// Version of [`BudgetResult`]'s form.
 pub const BUDGET_FORMAT_VERSION: u32 = 1;
 
-/// `budget.json`.
+/// `result.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BudgetResult {
     /// [`BUDGET_FORMAT_VERSION`].
@@ -62,7 +62,7 @@ impl BudgetPath {
     /// Every path, in the order of tables.
     pub const ALL: [Self; 3] = [Self::Joint, Self::Sequential, Self::SequentialProjected];
 
-    /// As in `budget.json`.
+    /// As in `result.json`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
