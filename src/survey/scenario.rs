@@ -369,8 +369,8 @@ mod tests {
         let text = error.to_string();
         assert_eq!(error.faults.len(), 3, "{text}");
         for expected in [
-            "joint.drift: found \"of\"",
-            "joint.gate_sigma",
+            "[joint] drift: found \"of\"",
+            "[joint] gate_sigma",
             "nearest: variant",
         ] {
             assert!(text.contains(expected), "{expected} in {text}");
