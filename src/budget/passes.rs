@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::adjust::AdjustError;
 use crate::calibrate::pool::joint::Information;
 use crate::calibrate::pool::{DesignedPass, JointConfig, PoolError};
 use crate::simulate::scenario::Pass;
@@ -32,6 +33,9 @@ pub enum PassError {
     /// It cannot be calibrated with.
     #[error("{0}")]
     Calibrate(#[from] PoolError),
+    /// The engine refused it.
+    #[error("adjustment: {0}")]
+    Adjust(#[from] AdjustError),
 }
 
 /// Fewest soundings, and returns, of a pass that tells anything.
@@ -50,7 +54,7 @@ pub fn information_of(scenario: &Scenario, pass: &Pass) -> Result<Information, P
         pose: &survey.prior,
         mounting: survey.reality.sonar,
     };
-    let information = designed.information(&JointConfig::default())?;
+    let information = designed.information(&JointConfig::default())??;
     if information.soundings < LEAST || information.returns < LEAST {
         return Err(PassError::Unseen {
             distance_m: pass.distance_m,

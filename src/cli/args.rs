@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
+use crate::budget::sweep::Vary;
 use crate::calibrate::pool::Method;
 
 const ABOUT: &str = "Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true";
@@ -23,6 +24,8 @@ EXAMPLES
   boresight check survey.toml             before that: is everything readable, what will the geometry determine?
   boresight calibrate survey.toml --json | jq .solutions.joint.mounting_deg
   boresight apply survey.toml --calibration result.json --out cloud.laz
+  boresight budget scenario.toml --trials 1000 --single 200
+                                          which error source costs how much of which parameter, by which path?
   boresight completions bash > ~/.local/share/bash-completion/completions/boresight
 
 FILES
@@ -34,7 +37,42 @@ FILES
 EXIT CODES
   0   a usable result
   1   the run ended without a usable result; result.json and report.html say why (usable: false)
-  2   bad usage or bad input, found before solving; nothing was written";
+  2   bad usage or bad input, found before solving; nothing was written
+  130 budget was stopped by Ctrl-C; its trials are kept";
+
+const BUDGET_AFTER: &str = "\
+EXAMPLES
+  Errors of both paths and the honesty of the reported uncertainty, from 1000 simulated surveys:
+    boresight budget models/scenarios/single-pass-thin.toml --trials 1000
+
+  The same, and what each source does alone (200 surveys each):
+    boresight budget models/scenarios/single-pass-thin.toml --trials 1000 --single 200
+
+  Which tilt of the multibeam is best? 30 to 60 degrees in steps of 5, 200 surveys at each:
+    boresight budget scenario.toml --trials 200 --vary multibeam.tilt_deg=30:60:5
+
+  INS drift against distance, a table of pairs:
+    boresight budget scenario.toml --trials 100 \\
+      --vary trajectory.position_drift_sigma_m=0.001,0.005,0.02 --vary 'pass.*.distance_m=5:9:2'
+
+  A long run, stopped with Ctrl-C and gone on with later, also with more trials or on another number of threads:
+    boresight budget scenario.toml --trials 10000 --out big
+    boresight budget scenario.toml --trials 10000 --out big --resume
+
+KEYS OF --vary
+  A dotted path in the scenario file, in its units: trajectory.position_drift_sigma_m, multibeam.beams,
+  multibeam.mounting_deg.roll, sources.gross_errors (a factor). pass.0.distance_m is of the first pass, pass.*.distance_m of
+  every one, lidar.mounting_sigma_deg.2 the third of a list. multibeam.tilt_deg stands for -multibeam.mounting_deg.roll.
+
+FILES WRITTEN
+  OUT/result.json   every figure, with units in the names
+  OUT/budget.csv    one row per path, source and parameter
+  OUT/sweep.csv     one row per point, path and parameter, with --vary
+  OUT/trials/       the ledgers: one line per trial with its errors and covariance, for research of your own
+
+EXIT CODES
+  0 done, 1 done but no trial had a usable joint result, 2 bad input (nothing written),
+  130 stopped by Ctrl-C: running trials were finished, all are kept, --resume goes on (a second Ctrl-C ends at once)";
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -121,6 +159,17 @@ pub enum Command {
         deviations to expect, and advice on what would make them smaller. Solves nothing and writes nothing."
     )]
     Check(Check),
+    /// Find out which error source costs how much of which parameter, by which path
+    #[command(
+        long_about = "Simulate a scenario many times, calibrate every survey by both paths and compare with the truth: bias and \
+        standard deviation of the six parameters by the joint path, the reference path and its projected variant; the share of \
+        each error source; whether the reported uncertainty is true; how all of that changes with one or two scenario values.\n\n\
+        Trials are independent, use all cores and need no files but a ledger of one line each. All sets of trials use the same \
+        seeds, so that differences between them are not noise. No trial is left out: one without a usable result is counted with \
+        its reason.",
+        after_long_help = BUDGET_AFTER
+    )]
+    Budget(Budget),
     /// Print a completion script for a shell
     Completions {
         /// Which shell
@@ -243,4 +292,30 @@ pub struct Check {
     /// Seed of RANSAC
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+}
+
+/// `budget`.
+#[derive(Debug, Args)]
+pub struct Budget {
+    /// Scenario file
+    #[arg(value_name = "SCENARIO.toml", value_hint = ValueHint::FilePath)]
+    pub scenario: PathBuf,
+    /// Simulated surveys with all error sources together
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub trials: Option<u64>,
+    /// Simulated surveys of each error source alone
+    #[arg(long, value_name = "M", requires = "trials", value_parser = clap::value_parser!(u64).range(2..=1_000_000_000))]
+    pub single: Option<u64>,
+    /// First seed; the others follow it
+    #[arg(long, value_name = "FIRST", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=(1 << 62)))]
+    pub seed: u64,
+    /// A scenario value over a range, KEY=from:to:step or KEY=a,b,c, with N trials at each; once or twice
+    #[arg(long, value_name = "KEY=VALUES", requires = "trials")]
+    pub vary: Vec<Vary>,
+    /// Go on with the trials that are in the folder
+    #[arg(long, requires = "trials")]
+    pub resume: bool,
+    /// Folder to write into [default: named after the scenario, with -budget]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
 }

@@ -140,7 +140,7 @@ pub fn notes(notes: &[String]) -> String {
 }
 
 /// A folder named after the survey, in the working directory.
-fn folder_of(name: &str) -> PathBuf {
+pub fn folder_of(name: &str) -> PathBuf {
     let safe: String = name
         .chars()
         .map(|c| {

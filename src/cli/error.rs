@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::budget::ledger::LedgerError;
+use crate::budget::sweep::SweepError;
 use crate::calibrate::pool::PoolError;
 use crate::formats::FormatError;
 use crate::geometry::utm::UtmError;
@@ -68,6 +70,29 @@ pub enum CliError {
     /// Standard output could not be written.
     #[error("standard output: {found}")]
     Print {
+        /// What the operating system said.
+        found: String,
+    },
+    /// The trials' files cannot be used.
+    #[error(transparent)]
+    Ledger(#[from] LedgerError),
+    /// A sweep that cannot be run.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// A budget of nothing.
+    #[error(
+        "--trials: found none, expected a number of trials; the analytic part is not built yet"
+    )]
+    NoTrials,
+    /// More keys than a picture has axes.
+    #[error("--vary: found {found} keys, expected one or two")]
+    TooManyKeys {
+        /// How many.
+        found: usize,
+    },
+    /// Ctrl-C cannot be caught.
+    #[error("Ctrl-C cannot be caught: {found}")]
+    Signal {
         /// What the operating system said.
         found: String,
     },

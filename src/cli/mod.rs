@@ -3,12 +3,13 @@
 //! | file | what |
 //! |---|---|
 //! | [`args`] | what the user types |
-//! | `demo`, `calibrate`, `simulate`, `apply`, `check` | one command each |
+//! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `budget` | one command each |
 //! | `talk` | what is printed: results on standard output, progress on standard error |
 //! | [`error`] | what ends a command before it solves (exit code 2) |
 
 mod apply;
 pub mod args;
+mod budget;
 mod calibrate;
 mod check;
 mod demo;
@@ -33,6 +34,8 @@ enum Ending {
     Usable,
     /// Solved without a usable result: exit code 1.
     Unusable,
+    /// Stopped by Ctrl-C, to be gone on with: exit code 130, as shells have it.
+    Interrupted,
 }
 
 /// Runs the program on the arguments of the process.
@@ -43,7 +46,8 @@ pub fn main() -> ExitCode {
 
 /// Runs the program on some arguments, the first being its name.
 ///
-/// Exit codes: 0 usable result, 1 none was found by solving, 2 bad usage or bad input.
+/// Exit codes: 0 usable result, 1 none was found by solving, 2 bad usage or bad input,
+/// 130 stopped by Ctrl-C.
 #[must_use]
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match Cli::try_parse_from(arguments) {
@@ -60,6 +64,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match ended {
         Ok(Ending::Usable) => ExitCode::SUCCESS,
         Ok(Ending::Unusable) => ExitCode::from(1),
+        Ok(Ending::Interrupted) => ExitCode::from(130),
         Err(error) => {
             talk.error(&error);
             ExitCode::from(2)
@@ -74,6 +79,7 @@ fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
         Command::Simulate(args) => simulate::run(&args, talk),
         Command::Apply(args) => apply::run(&args, talk),
         Command::Check(args) => check::run(&args, talk),
+        Command::Budget(args) => budget::run(&args, talk),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "boresight", &mut script);

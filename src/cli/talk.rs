@@ -58,6 +58,22 @@ impl Talk {
         )
     }
 
+    /// Shows how many trials are done and how long the rest will take, on a terminal; `before` were done earlier.
+    pub fn trials(&self, before: u64, length: u64) -> ProgressBar {
+        self.finish();
+        if self.spinner.is_none() {
+            return ProgressBar::hidden();
+        }
+        let style =
+            "[{bar:40}] {pos} of {len} trials, {per_sec}, {elapsed_precise}, {eta_precise} left";
+        let style = ProgressStyle::with_template(style);
+        let bar = ProgressBar::new(length)
+            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+            .with_position(before);
+        bar.reset_eta();
+        bar
+    }
+
     /// Takes the spinner away.
     pub fn finish(&self) {
         if let Some(spinner) = &self.spinner {
@@ -84,6 +100,13 @@ impl Talk {
     pub fn print(&self, text: &str) -> Result<(), CliError> {
         self.finish();
         to_stdout(text.as_bytes())
+    }
+
+    /// Prints a sentence on standard error, unless `--quiet`.
+    pub fn remark(&self, text: &str) {
+        if !self.quiet {
+            let _ = writeln!(stderr(), "boresight: {text}");
+        }
     }
 
     /// Prints an error on standard error.

@@ -23,7 +23,17 @@ pub fn sha256(path: &Path) -> Result<String, FormatError> {
             Err(error) => return Err(FormatError::unreadable(path, &error)),
         }
     }
-    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+    Ok(hexadecimal(hash))
+}
+
+/// SHA-256 of bytes, lower-case hexadecimal.
+#[must_use]
+pub fn sha256_of(bytes: &[u8]) -> String {
+    hexadecimal(Sha256::new_with_prefix(bytes))
+}
+
+fn hexadecimal(hash: Sha256) -> String {
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
 #[cfg(test)]
@@ -31,6 +41,11 @@ mod tests {
     use super::*;
 
     /// FIPS 180-2, appendix B.1.
+    #[test]
+    fn bytes_have_the_digest_of_a_file() {
+        assert!(sha256_of(b"abc").starts_with("ba7816bf8f01cfea"));
+    }
+
     #[test]
     fn the_digest_of_abc_is_the_published_one() {
         let file = tempfile::NamedTempFile::new().expect("file");

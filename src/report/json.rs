@@ -11,6 +11,11 @@ use std::io::{Result, Write};
 /// # Errors
 /// None for a [`PoolResult`] made by this program; `serde_json` does not promise it.
 pub fn to_bytes(result: &PoolResult) -> serde_json::Result<Vec<u8>> {
+    lines(result)
+}
+
+/// Any result in that form.
+pub(super) fn lines(result: &impl Serialize) -> serde_json::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     result.serialize(&mut serde_json::Serializer::with_formatter(
         &mut bytes,

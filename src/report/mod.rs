@@ -3,6 +3,7 @@
 //! Recomputes nothing: what is shown stands in [`PoolResult`](crate::results::PoolResult) or in
 //! [`ReportSamples`](crate::results::ReportSamples).
 
+pub mod budget;
 pub mod conventions;
 pub mod html;
 pub mod json;
@@ -12,5 +13,6 @@ mod files;
 mod format;
 mod headline;
 
+pub use budget::{WrittenBudget, write_budget};
 pub use files::{ReportError, Written, write_all};
 pub use headline::{SIGNIFICANCE, headline};

@@ -6,6 +6,7 @@
 //! Nothing here calculates. Lengths are metres, angles degrees where a name ends in `_deg` and radians inside covariances. What could not
 //! be determined is `None` (`null` in the file), never NaN.
 
+mod budget;
 mod comparison;
 mod pool;
 mod provenance;
@@ -14,6 +15,11 @@ mod samples;
 mod solution;
 mod write;
 
+pub use budget::{
+    Agreement, BUDGET_FORMAT_VERSION, BudgetPath, BudgetResult, Interval, Nees, Origin, PathBudget,
+    PathStatistics, RefusalCount, Reported, SixFigures, SourceDescription, SourceShare, Sweep,
+    SweepPoint, SweepValue,
+};
 pub use comparison::{Comparison, Difference, ResidualRms};
 pub use pool::{Counts, PoolResult, SCHEMA, SensorCounts, Solutions, TargetPose};
 pub use provenance::{InputFile, Provenance, Software};

@@ -151,6 +151,12 @@ const JOINT: &[Key] = &[
     optional("simple", Kind::Flag),
 ];
 
+/// What a scenario file says of the calibration.
+pub(super) const CALIBRATION: &[Key] = &[
+    optional("sequential", Kind::Table(SEQUENTIAL)),
+    optional("joint", Kind::Table(JOINT)),
+];
+
 /// A pool survey file.
 pub(super) const SURVEY: &[Key] = &[
     required("name", Kind::Text),

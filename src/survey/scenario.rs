@@ -7,6 +7,9 @@ use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
+use super::document::Document;
+use super::{keys, schema};
+use crate::calibrate::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
 
 /// A scenario, and what it says of the survey files and the calibration.
@@ -58,6 +61,47 @@ pub fn read(file: &Path) -> Result<ScenarioFile, ScenarioError> {
 pub fn from_text(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError> {
     let absent = || std::io::Error::from(std::io::ErrorKind::NotFound);
     parse(file, text, |_| Err(absent()))
+}
+
+/// The sections `[sequential]` and `[joint]` with every default.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Calibration {
+    /// The reference path.
+    pub sequential: SequentialConfig,
+    /// The joint path.
+    pub joint: JointConfig,
+}
+
+impl ScenarioFile {
+    /// How the scenario is to be calibrated, judged as in a survey file; `file` names the scenario in messages.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] with every unknown key, wrong type and impossible value.
+    pub fn calibration(&self, file: &Path) -> Result<Calibration, ScenarioError> {
+        let text = self.calibration.to_string();
+        let error = |faults| ScenarioError {
+            file: file.to_owned(),
+            faults,
+        };
+        let document = Document::parse(file, &text)
+            .map_err(|problems| error(problems.iter().map(|p| p.found.clone()).collect()))?;
+        let problems = schema::check(&document, keys::CALIBRATION);
+        if !problems.is_empty() {
+            // lines would be those of the sections alone
+            let key = |place: &str| place.split_once(", ").map_or("", |(_, key)| key).to_owned();
+            let fault = problems.iter().map(|p| {
+                format!(
+                    "{}: found {}, expected {}",
+                    key(&p.place),
+                    p.found,
+                    p.expected
+                )
+            });
+            return Err(error(fault.collect()));
+        }
+        toml::from_str(&text).map_err(|e| error(vec![e.message().to_owned()]))
+    }
 }
 
 fn fault(file: &Path, fault: String) -> ScenarioError {
@@ -306,5 +350,30 @@ mod tests {
         assert_eq!(file.lidar, "points.las");
         assert_eq!(file.calibration["joint"]["drift"].as_str(), Some("off"));
         assert_eq!(file.trajectory, "trajectory.csv");
+        let found = file.calibration(Path::new("s.toml")).expect("sections");
+        assert_eq!(
+            found.joint.drift,
+            crate::calibrate::pool::config::Drift::Off
+        );
+        assert_eq!(found.sequential, SequentialConfig::default());
+    }
+
+    #[test]
+    fn wrong_calibration_sections_are_listed() {
+        let text = DEMO.replace(
+            "[lidar]",
+            "[joint]\ndrift = \"of\"\ngate_sigma = 2.0\n[sequential]\nvariants = \"literal\"\n\n[lidar]",
+        );
+        let file = from_text(Path::new("s.toml"), &text).expect("a scenario");
+        let error = file.calibration(Path::new("s.toml")).expect_err("faults");
+        let text = error.to_string();
+        assert_eq!(error.faults.len(), 3, "{text}");
+        for expected in [
+            "[joint] drift: found \"of\"",
+            "[joint] gate_sigma",
+            "nearest: variant",
+        ] {
+            assert!(text.contains(expected), "{expected} in {text}");
+        }
     }
 }

@@ -5,6 +5,7 @@ use super::joint::{self, Information, JointStart};
 use super::planes::{self, GroupPlanes};
 use super::run::{CANDIDATE_M, Method, PoolError, PoolInput, Scanned};
 use super::scene::Scene;
+use crate::adjust::AdjustError;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::Plane;
 use crate::matching::{Patches, Water};
@@ -26,11 +27,14 @@ pub struct DesignedPass<'a> {
 
 impl DesignedPass<'_> {
     /// Information on all parameters of the joint path, linearised at the truth: planes at their design position, so that several
-    /// passes speak of the same parameters.
+    /// passes speak of the same parameters. The engine's refusal, such as too few observations, is the inner result.
     ///
     /// # Errors
     /// [`PoolError`] when the pass cannot be worked with.
-    pub fn information(&self, config: &JointConfig) -> Result<Information, PoolError> {
+    pub fn information(
+        &self,
+        config: &JointConfig,
+    ) -> Result<Result<Information, AdjustError>, PoolError> {
         let sequential = SequentialConfig::default();
         let input = PoolInput {
             campaign: self.campaign,
@@ -54,7 +58,7 @@ impl DesignedPass<'_> {
             returns: &scanned.returns,
             candidates: &candidates,
         };
-        Ok(joint::information(&scene, &start, &patches, config)?)
+        Ok(joint::information(&scene, &start, &patches, config))
     }
 
     /// The planes that the scanner saw, put where the design has them.

@@ -31,5 +31,5 @@ pub mod verdict;
 
 pub use config::{JointConfig, SequentialConfig};
 pub use designed::DesignedPass;
-pub use run::{Method, PoolError, PoolInput, PoolOutcome, calibrate};
+pub use run::{Method, PoolError, PoolInput, PoolOutcome, calibrate, calibrate_with};
 pub use scene::Scene;

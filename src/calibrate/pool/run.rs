@@ -64,6 +64,8 @@ pub struct PoolOutcome<'a> {
     pub rough: Option<RoughMounting>,
     /// The reference path.
     pub sequential: Option<Result<sequential::Outcome, SequentialError>>,
+    /// The reference path again in other configurations, in the order they were asked for ([`calibrate_with`]).
+    pub further: Vec<Result<sequential::Outcome, SequentialError>>,
     /// The rigorous joint path.
     pub joint: Option<JointOutcome>,
     /// The simple joint model, where it was asked for.
@@ -134,6 +136,19 @@ pub fn calibrate<'a>(
     input: &PoolInput<'a>,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<PoolOutcome<'a>, PoolError> {
+    calibrate_with(input, &[], progress)
+}
+
+/// Calibrates, and runs the reference path in further configurations on the same planes and the same tied soundings
+/// ([`PoolOutcome::further`]; nothing where the reference path does not run).
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_with<'a>(
+    input: &PoolInput<'a>,
+    further: &[SequentialConfig],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<PoolOutcome<'a>, PoolError> {
     progress("refining the target's pose from the laser points");
     let scene = Scene::prepare(input.campaign, input.target, input.prior)?;
     progress("extracting the scanner's planes");
@@ -150,6 +165,7 @@ pub fn calibrate<'a>(
         returns,
         rough: None,
         sequential: None,
+        further: vec![],
         joint: None,
         simple: None,
         refusal: None,
@@ -189,7 +205,10 @@ pub fn calibrate<'a>(
             0.0,
             &gate,
         );
-        outcome.sequential = Some(run_sequential(&outcome, &ties, input.sequential));
+        let held = held(&outcome, &ties);
+        outcome.sequential = Some(run_sequential(&outcome, &held, input.sequential));
+        let again = further.iter().map(|c| run_sequential(&outcome, &held, c));
+        outcome.further = again.collect();
     }
     if input.method != Method::Sequential {
         let start = JointStart {
@@ -241,15 +260,10 @@ struct Held {
     face: u16,
 }
 
-/// Runs the reference path on soundings that were tied once (patent step 2), re-georeferenced in every pass.
-fn run_sequential(
-    outcome: &PoolOutcome,
-    ties: &TieSet,
-    config: &SequentialConfig,
-) -> Result<sequential::Outcome, SequentialError> {
+/// Soundings that were tied once (patent step 2), ready to be georeferenced in every pass.
+fn held(outcome: &PoolOutcome, ties: &TieSet) -> Vec<Held> {
     let scene = &outcome.scene;
     let nominal = scene.campaign.sonar;
-    let scanner = scanner_planes(outcome)?;
     let hold = |tie: &Tie| {
         let pose = scene.sounding_pose(tie.row as usize, 0.0)?;
         let beam = scene.beam(tie.row as usize, &pose, &nominal)?;
@@ -259,9 +273,19 @@ fn run_sequential(
             face: tie.face,
         })
     };
-    let held: Vec<Held> = ties.ties.par_iter().filter_map(hold).collect();
+    ties.ties.par_iter().filter_map(hold).collect()
+}
+
+/// Runs the reference path on tied soundings, re-georeferenced in every pass.
+fn run_sequential(
+    outcome: &PoolOutcome,
+    held: &[Held],
+    config: &SequentialConfig,
+) -> Result<sequential::Outcome, SequentialError> {
+    let scanner = scanner_planes(outcome)?;
+    let nominal = outcome.scene.campaign.sonar;
     sequential::run(&nominal, &scanner, config, &mut |mounting: &Mounting, _| {
-        pooled(scene.target, &held, mounting)
+        pooled(outcome.scene.target, held, mounting)
     })
 }
 

@@ -143,6 +143,23 @@ impl Refusal {
         }
     }
 
+    /// The kind of refusal as one word, for counting.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::TargetFar { .. } => "target_far",
+            Self::TargetNotFound { .. } => "target_not_found",
+            Self::NoWall => "no_wall",
+            Self::ScannerDisagrees(_) => "scanner_disagrees",
+            Self::NoSoundings { .. } => "no_soundings",
+            Self::Mirrored { .. } => "mirrored",
+            Self::Undetermined { .. } => "undetermined",
+            Self::NotSolved { .. } => "not_solved",
+            Self::AbsurdMisfit { .. } => "absurd_misfit",
+            Self::Sequential { .. } => "sequential",
+        }
+    }
+
     /// What the laser returns alone can prove wrong.
     #[must_use]
     pub fn of_scanner(scene: &Scene, planes: &GroupPlanes, wide: &TieSet) -> Option<Self> {

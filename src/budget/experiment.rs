@@ -1,0 +1,340 @@
+//! Which trials are run: cells of one scenario each, all under the same seeds, spread over all cores.
+//!
+//! Trials are taken in the order cell by cell, seed by seed, and one that was taken is always finished: whenever the run ends, each
+//! ledger holds the first seeds without a gap. Which thread ran a trial leaves no trace.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
+use std::sync::{Mutex, PoisonError};
+
+use super::ledger::{self, Header, Ledger, LedgerError, Records};
+use super::sources::{about, acting, alone, nothing};
+use super::sweep::Point;
+use super::trial::{Configuration, Trial, trial};
+use crate::simulate::{Scenario, Source};
+
+/// What a cell is for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Role {
+    /// All sources together.
+    Together,
+    /// No source: the method's own error. It has one trial, as nothing in it is left to chance.
+    Nothing,
+    /// One source alone.
+    Alone(Source),
+    /// A point of a sweep.
+    Sweep(Point),
+}
+
+/// Trials of one scenario.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// What for.
+    pub role: Role,
+    /// What is simulated.
+    pub scenario: Scenario,
+    /// How many seeds, from the experiment's first.
+    pub trials: u64,
+}
+
+impl Cell {
+    /// Name of its ledger, also a word for progress.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match &self.role {
+            Role::Together => "together".to_owned(),
+            Role::Nothing => "nothing".to_owned(),
+            Role::Alone(source) => format!("only-{}", about(*source).name),
+            Role::Sweep(point) => point.file_name(),
+        }
+    }
+}
+
+/// A set of cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Experiment {
+    /// How trials are calibrated.
+    pub configuration: Configuration,
+    /// First seed of every cell: common random numbers.
+    pub first_seed: u64,
+    /// The cells, all together first.
+    pub cells: Vec<Cell>,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// Every trial is done.
+    Complete,
+    /// It was told to stop.
+    Interrupted {
+        /// Trials done, those of earlier runs included.
+        done: u64,
+        /// Trials wanted.
+        of: u64,
+    },
+}
+
+impl Experiment {
+    /// `trials` of all sources together and, with `single` above 0, that many of each acting source alone and one of none.
+    #[must_use]
+    pub fn new(
+        scenario: &Scenario,
+        configuration: Configuration,
+        first_seed: u64,
+        trials: u64,
+        single: u64,
+    ) -> Self {
+        let cell = |role, scenario: Scenario, trials| Cell {
+            role,
+            scenario,
+            trials,
+        };
+        let mut cells = vec![cell(Role::Together, scenario.clone(), trials)];
+        if single > 0 {
+            cells.push(cell(Role::Nothing, nothing(scenario), 1));
+            let sources = acting(scenario).into_iter();
+            cells.extend(sources.map(|s| cell(Role::Alone(s), alone(scenario, s), single)));
+        }
+        Self {
+            configuration,
+            first_seed,
+            cells,
+        }
+    }
+
+    /// Adds a sweep: `trials` at each of its points, under the same seeds.
+    #[must_use]
+    pub fn with_sweep(mut self, points: Vec<(Point, Scenario)>, trials: u64) -> Self {
+        let cell = |(point, scenario)| Cell {
+            role: Role::Sweep(point),
+            scenario,
+            trials,
+        };
+        self.cells.extend(points.into_iter().map(cell));
+        self
+    }
+
+    /// Trials wanted.
+    #[must_use]
+    pub fn trials(&self) -> u64 {
+        self.cells.iter().map(|cell| cell.trials).sum()
+    }
+
+    /// What a cell's ledger must say.
+    #[must_use]
+    pub fn header(&self, cell: &Cell) -> Header {
+        Header::new(&cell.scenario, &self.configuration, self.first_seed)
+    }
+
+    /// Checks and mends the ledgers in a folder, which is made when missing; says how many trials are done by cell, at most
+    /// those wanted. Without `resume` there must be none.
+    ///
+    /// # Errors
+    /// [`LedgerError`].
+    pub fn prepare(&self, folder: &Path, resume: bool) -> Result<Vec<u64>, LedgerError> {
+        let is_old = |cell: &&Cell| ledger_of(folder, cell).exists();
+        if !resume && let Some(cell) = self.cells.iter().find(is_old) {
+            let file = ledger_of(folder, cell);
+            return Err(LedgerError::Taken { file });
+        }
+        let prepared = |cell: &Cell| {
+            let done = ledger::prepare(&ledger_of(folder, cell), &self.header(cell))?;
+            Ok(done.min(cell.trials))
+        };
+        // every old one is judged before a new one is written
+        for cell in self.cells.iter().filter(is_old) {
+            prepared(cell)?;
+        }
+        std::fs::create_dir_all(folder).map_err(|e| LedgerError::System {
+            file: folder.to_owned(),
+            found: e.to_string(),
+        })?;
+        self.cells.iter().map(prepared).collect()
+    }
+
+    /// Runs the trials that are missing in the ledgers of a prepared folder on the threads of the current pool. `done` is what
+    /// [`Self::prepare`] said. No further trial is begun once `stop` is set. `progress` is told how many trials are done.
+    ///
+    /// # Errors
+    /// [`LedgerError::System`]: a ledger cannot be written.
+    pub fn run(
+        &self,
+        folder: &Path,
+        done: &[u64],
+        stop: &AtomicBool,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Ended, LedgerError> {
+        let queue = Queue::new(&self.cells, done, self.first_seed);
+        let before: u64 = done.iter().sum();
+        let (next, finished) = (AtomicU64::new(0), AtomicU64::new(before));
+        let sink = Mutex::new(Sink::new(self, folder, done));
+        // one loop for each thread: a loop that could be stolen would hold up the trial whose thread stole it
+        rayon::broadcast(|_| {
+            while !stop.load(SeqCst) {
+                let Some((cell, seed)) = queue.get(next.fetch_add(1, SeqCst)) else {
+                    break;
+                };
+                let trial = trial(&self.cells[cell].scenario, &self.configuration, seed);
+                let mut sink = sink.lock().unwrap_or_else(PoisonError::into_inner);
+                if !sink.put(cell, trial) {
+                    break;
+                }
+                progress(finished.fetch_add(1, SeqCst) + 1);
+            }
+        });
+        let sink = sink.into_inner().unwrap_or_else(PoisonError::into_inner);
+        if let Some(error) = sink.failed {
+            return Err(error);
+        }
+        let (done, of) = (finished.into_inner(), self.trials());
+        Ok(if done < of {
+            Ended::Interrupted { done, of }
+        } else {
+            Ended::Complete
+        })
+    }
+
+    /// The trials of a cell, in the order of seeds, no more than wanted.
+    ///
+    /// # Errors
+    /// [`LedgerError`].
+    pub fn read(
+        &self,
+        folder: &Path,
+        cell: &Cell,
+    ) -> Result<std::iter::Take<Records>, LedgerError> {
+        let records = ledger::read(&ledger_of(folder, cell), &self.header(cell))?;
+        Ok(records.take(usize::try_from(cell.trials).unwrap_or(usize::MAX)))
+    }
+}
+
+/// File of a cell's trials.
+#[must_use]
+pub fn ledger_of(folder: &Path, cell: &Cell) -> PathBuf {
+    folder.join(format!("{}.csv", cell.name()))
+}
+
+/// The missing trials in order.
+struct Queue {
+    /// Number of missing trials before each cell, its index, its first missing seed.
+    cells: Vec<(u64, usize, u64)>,
+    length: u64,
+}
+
+impl Queue {
+    fn new(cells: &[Cell], done: &[u64], first_seed: u64) -> Self {
+        let mut queue = Self {
+            cells: vec![],
+            length: 0,
+        };
+        for (index, (cell, done)) in cells.iter().zip(done).enumerate() {
+            queue.cells.push((queue.length, index, first_seed + done));
+            queue.length += cell.trials - done;
+        }
+        queue
+    }
+
+    /// Cell and seed of the n-th missing trial.
+    fn get(&self, n: u64) -> Option<(usize, u64)> {
+        let after = self.cells.partition_point(|(before, ..)| *before <= n);
+        let (before, cell, seed) = *self.cells.get(after.checked_sub(1)?)?;
+        (n < self.length).then_some((cell, seed + (n - before)))
+    }
+}
+
+/// Puts trials into the ledgers in the order of seeds, whatever the order in which they come.
+struct Sink {
+    cells: Vec<Waiting>,
+    failed: Option<LedgerError>,
+}
+
+struct Waiting {
+    file: PathBuf,
+    ledger: Option<Ledger>,
+    next_seed: u64,
+    end_seed: u64,
+    early: BTreeMap<u64, Trial>,
+}
+
+impl Sink {
+    fn new(experiment: &Experiment, folder: &Path, done: &[u64]) -> Self {
+        let waiting = |(cell, done): (&Cell, &u64)| Waiting {
+            file: ledger_of(folder, cell),
+            ledger: None,
+            next_seed: experiment.first_seed + done,
+            end_seed: experiment.first_seed + cell.trials,
+            early: BTreeMap::new(),
+        };
+        Self {
+            cells: experiment.cells.iter().zip(done).map(waiting).collect(),
+            failed: None,
+        }
+    }
+
+    /// False when nothing can be written any more.
+    fn put(&mut self, cell: usize, trial: Trial) -> bool {
+        if self.failed.is_none() {
+            self.failed = self.cells[cell].put(trial).err();
+        }
+        self.failed.is_none()
+    }
+}
+
+impl Waiting {
+    fn put(&mut self, trial: Trial) -> Result<(), LedgerError> {
+        self.early.insert(trial.seed, trial);
+        while let Some(trial) = self.early.remove(&self.next_seed) {
+            let ledger = match &mut self.ledger {
+                Some(ledger) => ledger,
+                none => none.insert(Ledger::open(&self.file)?),
+            };
+            ledger.append(&trial)?;
+            self.next_seed += 1;
+        }
+        if self.next_seed == self.end_seed {
+            self.ledger = None;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::DEMO;
+
+    #[test]
+    fn the_queue_is_cell_by_cell_and_leaves_out_what_is_done() {
+        let scenario = Scenario::from_toml(DEMO).expect("the demo");
+        let mut experiment = Experiment::new(&scenario, Configuration::default(), 10, 3, 2);
+        experiment.cells.truncate(4);
+        let queue = Queue::new(&experiment.cells, &[1, 1, 0, 2], 10);
+        let all: Vec<_> = (0..6).map(|n| queue.get(n)).collect();
+        assert_eq!(
+            all,
+            [
+                Some((0, 11)),
+                Some((0, 12)),
+                Some((2, 10)),
+                Some((2, 11)),
+                None,
+                None
+            ]
+        );
+    }
+
+    #[test]
+    fn every_acting_source_has_its_cell() {
+        let scenario = Scenario::from_toml(DEMO).expect("the demo");
+        let experiment = Experiment::new(&scenario, Configuration::default(), 1, 3, 2);
+        assert_eq!(experiment.cells.len(), 2 + acting(&scenario).len());
+        assert_eq!(
+            experiment.trials(),
+            3 + 1 + 2 * acting(&scenario).len() as u64
+        );
+        let names: Vec<String> = experiment.cells.iter().map(Cell::name).collect();
+        assert_eq!(names[..3], ["together", "nothing", "only-position_white"]);
+    }
+}

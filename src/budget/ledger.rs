@@ -1,0 +1,602 @@
+//! The file of trials: one line per seed, in the order of seeds, appended as they are done.
+//!
+//! # Layout
+//! A comment line with the [`Header`] as JSON, a line of column names, then a CSV record per seed: seed, then for the joint path
+//! error, lower triangle of the covariance by rows, variance factor and refusal, then error and refusal of the reference path as
+//! configured and projected. Angles are radians, lengths metres; floats are written with the digits that bring them back exactly.
+//! The number of trials is not part of the header: a ledger can be gone on with to any number.
+
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+
+use nalgebra::Matrix6;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::trial::{Configuration, Error6, JointTrial, Reason, Trial};
+use crate::formats::digest::sha256_of;
+use crate::simulate::Scenario;
+
+/// Version of the layout.
+pub const FORMAT: u32 = 1;
+
+/// What a ledger's trials are of. Only trials of an equal header may stand in one ledger.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Header {
+    /// Version of the layout.
+    pub format: u32,
+    /// Version of the program: another one may give other numbers.
+    pub version: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seed of the first record.
+    pub first_seed: u64,
+    /// SHA-256 of the scenario as it took effect, with its source switches, but for its seed.
+    pub scenario_sha256: String,
+    /// SHA-256 of the configuration of both paths.
+    pub configuration_sha256: String,
+}
+
+impl Header {
+    /// For trials of this scenario.
+    #[must_use]
+    pub fn new(scenario: &Scenario, configuration: &Configuration, first_seed: u64) -> Self {
+        let unseeded = Scenario {
+            seed: 0,
+            ..scenario.clone()
+        };
+        let paths = (&configuration.sequential, &configuration.joint);
+        Self {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scenario: scenario.name.clone(),
+            first_seed,
+            scenario_sha256: digest(&unseeded),
+            configuration_sha256: digest(&paths),
+        }
+    }
+
+    /// The first field that differs, with both values.
+    fn difference(&self, found: &Self) -> Option<(&'static str, String, String)> {
+        let numbers = |a: u64, b: u64| (a.to_string(), b.to_string());
+        let texts = |a: &str, b: &str| (a.to_owned(), b.to_owned());
+        let all = [
+            ("layout", numbers(found.format.into(), self.format.into())),
+            ("program version", texts(&found.version, &self.version)),
+            ("scenario name", texts(&found.scenario, &self.scenario)),
+            (
+                "scenario (SHA-256)",
+                texts(&found.scenario_sha256, &self.scenario_sha256),
+            ),
+            (
+                "configuration (SHA-256)",
+                texts(&found.configuration_sha256, &self.configuration_sha256),
+            ),
+            ("first seed", numbers(found.first_seed, self.first_seed)),
+        ];
+        all.into_iter()
+            .find(|(_, (a, b))| a != b)
+            .map(|(name, (a, b))| (name, a, b))
+    }
+
+    fn text(&self) -> String {
+        let json = serde_json::to_string(self).unwrap_or_default();
+        format!("{MARK}{json}\n{}\n", columns().join(","))
+    }
+}
+
+fn digest(value: &impl Serialize) -> String {
+    sha256_of(&serde_json::to_vec(value).unwrap_or_default())
+}
+
+/// A file of trials cannot be used.
+#[derive(Debug, Error)]
+pub enum LedgerError {
+    /// The operating system refused.
+    #[error("{}: {found}", file.display())]
+    System {
+        /// The file.
+        file: PathBuf,
+        /// What it said.
+        found: String,
+    },
+    /// Trials of something else.
+    #[error(
+        "{}: its trials are of another {what}: found {found}, expected {expected}; choose another --out or remove the file",
+        file.display()
+    )]
+    Other {
+        /// The file.
+        file: PathBuf,
+        /// What differs.
+        what: &'static str,
+        /// What the file says.
+        found: String,
+        /// What this run needs.
+        expected: String,
+    },
+    /// Trials are there and nobody said that they are to be gone on with.
+    #[error(
+        "{}: found trials of an earlier run; --resume goes on with them, or choose another --out",
+        file.display()
+    )]
+    Taken {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Not a file of trials, or damaged other than at its end.
+    #[error("{}: line {line}: found {found}, expected {expected}", file.display())]
+    Damaged {
+        /// The file.
+        file: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// What stands there.
+        found: String,
+        /// What should.
+        expected: String,
+    },
+}
+
+const MARK: &str = "# boresight trials ";
+const SIX: [&str; 6] = ["pitch_rad", "roll_rad", "yaw_rad", "lx_m", "ly_m", "lz_m"];
+
+/// Names of the columns.
+fn columns() -> Vec<String> {
+    let errors = |path: &'static str| SIX.map(move |p| format!("{path}_error_{p}"));
+    let short = ["pitch", "roll", "yaw", "lx", "ly", "lz"];
+    let pairs = (0..6).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    let mut all = vec!["seed".to_owned()];
+    all.extend(errors("joint"));
+    all.extend(pairs.map(|(i, j)| format!("joint_covariance_{}_{}", short[i], short[j])));
+    all.push("joint_variance_factor".to_owned());
+    all.extend(["joint_refusal", "joint_reason"].map(str::to_owned));
+    for path in ["sequential", "projected"] {
+        all.extend(errors(path));
+        all.extend([format!("{path}_refusal"), format!("{path}_reason")]);
+    }
+    all
+}
+
+/// A ledger that is being filled.
+#[derive(Debug)]
+pub struct Ledger {
+    file: PathBuf,
+    out: File,
+}
+
+impl Ledger {
+    /// Opens a file that [`prepare`] found good.
+    ///
+    /// # Errors
+    /// [`LedgerError::System`].
+    pub fn open(file: &Path) -> Result<Self, LedgerError> {
+        let out = OpenOptions::new().append(true).open(file);
+        Ok(Self {
+            file: file.to_owned(),
+            out: out.map_err(|e| system(file, &e))?,
+        })
+    }
+
+    /// Appends a trial, the next seed's.
+    ///
+    /// # Errors
+    /// [`LedgerError::System`].
+    pub fn append(&mut self, trial: &Trial) -> Result<(), LedgerError> {
+        let line = to_line(trial);
+        self.out
+            .write_all(&line)
+            .map_err(|e| system(&self.file, &e))
+    }
+}
+
+/// Makes a ledger ready to be appended to and says how many trials it holds: a missing one is begun, a record torn by a crash is cut off.
+///
+/// # Errors
+/// [`LedgerError`]: trials of something else, a damaged file, the operating system.
+pub fn prepare(file: &Path, header: &Header) -> Result<u64, LedgerError> {
+    let begin = header.text();
+    let old = match File::open(file) {
+        Ok(old) => old,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            std::fs::write(file, begin).map_err(|e| system(file, &e))?;
+            return Ok(0);
+        }
+        Err(e) => return Err(system(file, &e)),
+    };
+    let length = old.metadata().map_err(|e| system(file, &e))?.len();
+    if length < begin.len() as u64 {
+        let bytes = std::fs::read(file).map_err(|e| system(file, &e))?;
+        if begin.as_bytes().starts_with(&bytes) {
+            std::fs::write(file, begin).map_err(|e| system(file, &e))?;
+            return Ok(0);
+        }
+    }
+    let mut records = Records::begin(file, old, header)?;
+    let mut done = 0;
+    while let Some(trial) = records.next() {
+        trial?;
+        done += 1;
+    }
+    if records.good_bytes < length {
+        let out = OpenOptions::new().write(true).open(file);
+        out.and_then(|out| out.set_len(records.good_bytes))
+            .map_err(|e| system(file, &e))?;
+    }
+    Ok(done)
+}
+
+/// The trials of a ledger in the order of seeds; a torn record at the end is left out.
+///
+/// # Errors
+/// [`LedgerError`] as [`prepare`].
+pub fn read(file: &Path, header: &Header) -> Result<Records, LedgerError> {
+    let open = File::open(file).map_err(|e| system(file, &e))?;
+    Records::begin(file, open, header)
+}
+
+/// Trials, one at a time.
+#[derive(Debug)]
+pub struct Records {
+    file: PathBuf,
+    input: BufReader<File>,
+    seed: u64,
+    line: u64,
+    good_bytes: u64,
+}
+
+impl Records {
+    fn begin(file: &Path, open: File, header: &Header) -> Result<Self, LedgerError> {
+        let mut records = Self {
+            file: file.to_owned(),
+            input: BufReader::with_capacity(1 << 16, open),
+            seed: header.first_seed,
+            line: 0,
+            good_bytes: 0,
+        };
+        let head = records.line()?;
+        let text = String::from_utf8_lossy(&head);
+        let found: Option<Header> = text
+            .strip_prefix(MARK)
+            .and_then(|json| serde_json::from_str(json).ok());
+        let Some(found) = found else {
+            return Err(records.damaged(&head, "the header of a boresight file of trials"));
+        };
+        if let Some((what, found, expected)) = header.difference(&found) {
+            let file = file.to_owned();
+            return Err(LedgerError::Other {
+                file,
+                what,
+                found,
+                expected,
+            });
+        }
+        records.good_bytes = head.len() as u64;
+        let names = records.line()?;
+        if names != format!("{}\n", columns().join(",")).into_bytes() {
+            return Err(records.damaged(&names, "the names of the columns"));
+        }
+        records.good_bytes += names.len() as u64;
+        Ok(records)
+    }
+
+    fn line(&mut self) -> Result<Vec<u8>, LedgerError> {
+        let mut line = vec![];
+        self.line += 1;
+        self.input
+            .read_until(b'\n', &mut line)
+            .map_err(|e| system(&self.file, &e))?;
+        Ok(line)
+    }
+
+    fn damaged(&self, found: &[u8], expected: &str) -> LedgerError {
+        let text = String::from_utf8_lossy(found);
+        LedgerError::Damaged {
+            file: self.file.clone(),
+            line: self.line,
+            found: format!(
+                "\"{}\"",
+                text.trim_end().chars().take(60).collect::<String>()
+            ),
+            expected: expected.to_owned(),
+        }
+    }
+
+    /// The next whole record; `None` at the end or where only a torn one is left.
+    fn record(&mut self) -> Result<Option<Trial>, LedgerError> {
+        let line = self.line()?;
+        let found = line
+            .ends_with(b"\n")
+            .then(|| from_line(&line))
+            .flatten()
+            .filter(|trial| trial.seed == self.seed);
+        let Some(trial) = found else {
+            let last = self.line()?.is_empty();
+            self.line -= 1;
+            let expected = format!("the trial of seed {}", self.seed);
+            return if last {
+                Ok(None)
+            } else {
+                Err(self.damaged(&line, &expected))
+            };
+        };
+        self.good_bytes += line.len() as u64;
+        self.seed += 1;
+        Ok(Some(trial))
+    }
+}
+
+impl Iterator for Records {
+    type Item = Result<Trial, LedgerError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.record().transpose()
+    }
+}
+
+fn system(file: &Path, error: &std::io::Error) -> LedgerError {
+    LedgerError::System {
+        file: file.to_owned(),
+        found: error.to_string(),
+    }
+}
+
+/// A record with its line end.
+fn to_line(trial: &Trial) -> Vec<u8> {
+    let mut fields = vec![trial.seed.to_string()];
+    match &trial.joint {
+        Ok(joint) => {
+            fields.extend(joint.error.map(exact));
+            fields.extend(lower().map(|(i, j)| exact(joint.covariance[(i, j)])));
+            fields.push(joint.variance_factor.map_or_else(String::new, exact));
+            fields.extend([String::new(), String::new()]);
+        }
+        Err(reason) => refused(&mut fields, 28, reason),
+    }
+    for path in [&trial.sequential, &trial.projected] {
+        match path {
+            Ok(error) => {
+                fields.extend(error.map(exact));
+                fields.extend([String::new(), String::new()]);
+            }
+            Err(reason) => refused(&mut fields, 6, reason),
+        }
+    }
+    let mut line = csv::WriterBuilder::new().from_writer(vec![]);
+    // writing to memory does not fail
+    let _ = line.write_record(&fields);
+    line.into_inner().unwrap_or_default()
+}
+
+fn refused(fields: &mut Vec<String>, empty: usize, reason: &Reason) {
+    fields.extend(std::iter::repeat_n(String::new(), empty));
+    fields.extend([reason.code.clone(), reason.text.clone()]);
+}
+
+/// The shortest digits that bring the number back.
+fn exact(value: f64) -> String {
+    format!("{value:e}")
+}
+
+fn lower() -> impl Iterator<Item = (usize, usize)> {
+    (0..6).flat_map(|i| (0..=i).map(move |j| (i, j)))
+}
+
+fn from_line(line: &[u8]) -> Option<Trial> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .from_reader(line);
+    let record = reader.records().next()?.ok()?;
+    if record.len() != columns().len() {
+        return None;
+    }
+    let fields: Vec<&str> = record.iter().collect();
+    Some(Trial {
+        seed: fields[0].parse().ok()?,
+        joint: joint(&fields[1..31])?,
+        sequential: error(&fields[31..39])?,
+        projected: error(&fields[39..47])?,
+    })
+}
+
+fn reason(fields: &[&str]) -> Option<Reason> {
+    (!fields[0].is_empty()).then(|| Reason {
+        code: fields[0].to_owned(),
+        text: fields[1].to_owned(),
+    })
+}
+
+fn numbers<const N: usize>(fields: &[&str]) -> Option<[f64; N]> {
+    let mut all = [0.0; N];
+    for (number, field) in all.iter_mut().zip(fields) {
+        *number = field.parse().ok()?;
+    }
+    Some(all)
+}
+
+fn joint(fields: &[&str]) -> Option<Result<JointTrial, Reason>> {
+    if let Some(reason) = reason(&fields[28..]) {
+        return Some(Err(reason));
+    }
+    let values: [f64; 21] = numbers(&fields[6..27])?;
+    let mut covariance = Matrix6::zeros();
+    for ((i, j), value) in lower().zip(values) {
+        (covariance[(i, j)], covariance[(j, i)]) = (value, value);
+    }
+    let factor = fields[27];
+    let variance_factor = if factor.is_empty() {
+        None
+    } else {
+        Some(factor.parse().ok()?)
+    };
+    Some(Ok(JointTrial {
+        error: numbers(fields)?,
+        covariance,
+        variance_factor,
+    }))
+}
+
+fn error(fields: &[&str]) -> Option<Result<Error6, Reason>> {
+    match reason(&fields[6..]) {
+        Some(reason) => Some(Err(reason)),
+        None => numbers(fields).map(Ok),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::DEMO;
+
+    fn header() -> Header {
+        let scenario = Scenario::from_toml(DEMO).expect("the demo");
+        Header::new(&scenario, &Configuration::default(), 7)
+    }
+
+    fn trial(seed: u64) -> Trial {
+        let x = seed as f64;
+        let refused = Reason {
+            code: "no_wall".to_owned(),
+            text: "it said \"no wall\", then\tnothing".to_owned(),
+        };
+        Trial {
+            seed,
+            joint: if seed.is_multiple_of(3) {
+                Err(refused.clone())
+            } else {
+                Ok(JointTrial {
+                    error: [0.1 * x, -1e-300, x / 3.0, 5e-324, 1e22, 0.1 + 0.2],
+                    covariance: Matrix6::from_fn(|i, j| 1e-7 / ((i + 1) * (j + 1)) as f64),
+                    variance_factor: (seed != 8).then_some(1.0 / 3.0),
+                })
+            },
+            sequential: Ok([x.sqrt(); 6]),
+            projected: Err(refused),
+        }
+    }
+
+    fn filled(folder: &Path, count: u64) -> PathBuf {
+        let file = folder.join("a.csv");
+        assert_eq!(prepare(&file, &header()).expect("begun"), 0);
+        let mut ledger = Ledger::open(&file).expect("open");
+        for seed in 7..7 + count {
+            ledger.append(&trial(seed)).expect("appended");
+        }
+        file
+    }
+
+    fn all(file: &Path) -> Vec<Trial> {
+        let records = read(file, &header()).expect("readable");
+        records.map(|r| r.expect("a record")).collect()
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_written_to_the_last_bit() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = filled(folder.path(), 5);
+        let expected: Vec<Trial> = (7..12).map(trial).collect();
+        assert_eq!(all(&file), expected);
+        assert_eq!(prepare(&file, &header()).expect("good"), 5);
+        let names = std::fs::read_to_string(&file).expect("text");
+        let names = names.lines().nth(1).expect("columns").to_owned();
+        assert_eq!(names.split(',').count(), 47);
+        assert!(names.contains("joint_covariance_lz_lx,"), "{names}");
+    }
+
+    /// Cut at every byte of the last record: the records before stay, the torn one goes, and what is appended then stands whole.
+    #[test]
+    fn a_torn_last_record_is_cut_off() {
+        let folder = tempfile::tempdir().expect("folder");
+        let whole = std::fs::read(filled(folder.path(), 3)).expect("bytes");
+        let two = 1 + whole[..whole.len() - 1]
+            .iter()
+            .rposition(|b| *b == b'\n')
+            .expect("a line");
+        for cut in two..whole.len() {
+            let file = folder.path().join("torn.csv");
+            std::fs::write(&file, &whole[..cut]).expect("written");
+            assert_eq!(
+                prepare(&file, &header()).expect("mended"),
+                2,
+                "cut at {cut}"
+            );
+            let mut ledger = Ledger::open(&file).expect("open");
+            ledger.append(&trial(9)).expect("appended");
+            assert_eq!(std::fs::read(&file).expect("bytes"), whole);
+        }
+    }
+
+    #[test]
+    fn a_torn_header_is_begun_again_and_a_foreign_file_is_not() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = folder.path().join("a.csv");
+        let begin = header().text();
+        for cut in [0, 1, 20, begin.len() - 1] {
+            std::fs::write(&file, &begin[..cut]).expect("written");
+            assert_eq!(prepare(&file, &header()).expect("begun"), 0, "cut at {cut}");
+            assert_eq!(std::fs::read_to_string(&file).expect("text"), begin);
+        }
+        std::fs::write(&file, "seed,error\n1,2\n").expect("written");
+        let message = prepare(&file, &header()).expect_err("foreign").to_string();
+        assert!(
+            message.contains("line 1: found \"seed,error\""),
+            "{message}"
+        );
+        assert_eq!(
+            std::fs::read_to_string(&file).expect("text"),
+            "seed,error\n1,2\n"
+        );
+    }
+
+    #[test]
+    fn damage_in_the_middle_is_named() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = filled(folder.path(), 3);
+        let text = std::fs::read_to_string(&file).expect("text");
+        std::fs::write(&file, text.replace("\n8,", "\n88,")).expect("written");
+        let message = prepare(&file, &header()).expect_err("damaged").to_string();
+        assert!(message.contains("line 4"), "{message}");
+        assert!(message.contains("the trial of seed 8"), "{message}");
+    }
+
+    #[test]
+    fn trials_of_something_else_are_refused() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = filled(folder.path(), 1);
+        let before = std::fs::read(&file).expect("bytes");
+        let scenario = Scenario::from_toml(DEMO).expect("the demo");
+        let other = super::super::sources::nothing(&scenario);
+        let mut configuration = Configuration::default();
+        configuration.joint.gate_sigma = 6.0;
+        let mut version = header();
+        version.version = "0.0.0".to_owned();
+        let cases = [
+            (
+                Header::new(&other, &Configuration::default(), 7),
+                "another scenario (SHA-256)",
+            ),
+            (
+                Header::new(&scenario, &configuration, 7),
+                "another configuration (SHA-256)",
+            ),
+            (
+                Header::new(&scenario, &Configuration::default(), 8),
+                "another first seed: found 7, expected 8",
+            ),
+            (version, "another program version"),
+        ];
+        for (header, expected) in cases {
+            let message = prepare(&file, &header).expect_err("other").to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+        assert_eq!(std::fs::read(&file).expect("bytes"), before);
+        let mut seeded = scenario;
+        seeded.seed = 99;
+        assert_eq!(
+            Header::new(&seeded, &Configuration::default(), 7),
+            header(),
+            "a scenario's default seed is not part of it"
+        );
+    }
+}

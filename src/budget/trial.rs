@@ -1,0 +1,160 @@
+//! One trial without files: simulate under a seed, calibrate by both paths, compare with the truth.
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+use crate::calibrate::pool::config::Variant;
+use crate::calibrate::pool::joint::JointOutcome;
+use crate::calibrate::pool::sequential::{Outcome, SequentialError};
+use crate::calibrate::pool::{
+    JointConfig, Method, PoolInput, PoolOutcome, SequentialConfig, calibrate_with,
+};
+use crate::geometry::rotation;
+use crate::observe::Mounting;
+use crate::results::Status;
+use crate::simulate::{Scenario, Truth, simulate};
+
+/// How trials are calibrated.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Configuration {
+    /// The reference path; the projected variant of the same runs beside it.
+    pub sequential: SequentialConfig,
+    /// The joint path.
+    pub joint: JointConfig,
+}
+
+impl Configuration {
+    /// The reference path with its projected variant, which has a derivative.
+    #[must_use]
+    pub fn projected(&self) -> SequentialConfig {
+        SequentialConfig {
+            variant: Variant::Projected,
+            ..self.sequential.clone()
+        }
+    }
+}
+
+/// A path's error against the truth: `log(R R_true^T)` (pitch, roll, yaw; radians) and lever arm (lx, ly, lz; metres), body frame.
+pub type Error6 = [f64; 6];
+
+/// What the joint path said.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointTrial {
+    /// Estimate minus truth.
+    pub error: Error6,
+    /// The covariance it reported, rad and m.
+    pub covariance: Matrix6<f64>,
+    /// Its variance factor, where it was judged.
+    pub variance_factor: Option<f64>,
+}
+
+/// Why a path gave nothing usable.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reason {
+    /// One word, for counting.
+    pub code: String,
+    /// In words.
+    pub text: String,
+}
+
+impl Reason {
+    /// On one line, so that a ledger holds it as one record.
+    fn new(code: &str, text: impl ToString) -> Self {
+        let text = text.to_string().replace(['\n', '\r'], " ");
+        let code = code.to_owned();
+        Self { code, text }
+    }
+}
+
+/// One seed's outcome. Nothing is selected: a path without a usable result says why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// Seed of the simulation and of RANSAC.
+    pub seed: u64,
+    /// The joint path.
+    pub joint: Result<JointTrial, Reason>,
+    /// The reference path as configured (literal by default).
+    pub sequential: Result<Error6, Reason>,
+    /// Its projected variant.
+    pub projected: Result<Error6, Reason>,
+}
+
+/// Runs one trial.
+#[must_use]
+pub fn trial(scenario: &Scenario, configuration: &Configuration, seed: u64) -> Trial {
+    let survey = match simulate(scenario, seed) {
+        Ok(survey) => survey,
+        Err(error) => return Trial::without(seed, &Reason::new("not_simulated", error)),
+    };
+    let input = PoolInput {
+        campaign: &survey.campaign,
+        target: &survey.target,
+        prior: &survey.prior,
+        method: Method::Both,
+        sequential: &configuration.sequential,
+        joint: &configuration.joint,
+        seed,
+    };
+    match calibrate_with(&input, &[configuration.projected()], &|_| {}) {
+        Ok(outcome) => Trial::of(seed, &outcome, &survey.truth),
+        Err(error) => Trial::without(seed, &Reason::new("not_run", error)),
+    }
+}
+
+impl Trial {
+    fn without(seed: u64, reason: &Reason) -> Self {
+        Self {
+            seed,
+            joint: Err(reason.clone()),
+            sequential: Err(reason.clone()),
+            projected: Err(reason.clone()),
+        }
+    }
+
+    fn of(seed: u64, outcome: &PoolOutcome, truth: &Truth) -> Self {
+        let refusal = outcome.refusal.as_ref();
+        let refused = refusal.map_or_else(
+            || Reason::new("not_run", "the path did not run"),
+            |r| Reason::new(r.code(), r),
+        );
+        let joint = outcome.joint.as_ref().filter(|_| refusal.is_none());
+        let reference = |path: Option<&Result<Outcome, SequentialError>>| {
+            path.map_or_else(|| Err(refused.clone()), |p| reference(p, truth))
+        };
+        Self {
+            seed,
+            joint: joint
+                .map(|j| of_joint(j, truth))
+                .ok_or_else(|| refused.clone()),
+            sequential: reference(outcome.sequential.as_ref()),
+            projected: reference(outcome.further.first()),
+        }
+    }
+}
+
+fn of_joint(joint: &JointOutcome, truth: &Truth) -> JointTrial {
+    JointTrial {
+        error: errors(&joint.mounting, truth),
+        covariance: joint.covariance,
+        variance_factor: joint.variance_factor(),
+    }
+}
+
+/// A stalled end counts as usable, being out of passes does not.
+fn reference(path: &Result<Outcome, SequentialError>, truth: &Truth) -> Result<Error6, Reason> {
+    match path {
+        Ok(found) if found.end.status() == Status::OutOfIterations => {
+            Err(Reason::new("out_of_passes", found.end.message()))
+        }
+        Ok(found) => Ok(errors(&found.mounting, truth)),
+        Err(error) => Err(Reason::new("sequential", error)),
+    }
+}
+
+/// Estimate minus truth: pitch, roll, yaw (radians), lx, ly, lz (metres), left perturbation in the body frame.
+#[must_use]
+pub fn errors(found: &Mounting, truth: &Truth) -> Error6 {
+    let r = Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
+    let turn = rotation::log(&(found.rotation * r.transpose()));
+    let arm = found.lever_arm_m - Vector3::from(truth.lever_arm_m);
+    [turn.x, turn.y, turn.z, arm.x, arm.y, arm.z]
+}

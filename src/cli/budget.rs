@@ -1,0 +1,143 @@
+//! `boresight budget`: a scenario to an error budget by Monte Carlo.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+
+use super::Ending;
+use super::args::Budget;
+use super::calibrate::folder_of;
+use super::error::CliError;
+use super::talk::Talk;
+use crate::budget::experiment::{Ended, Experiment};
+use crate::budget::trial::Configuration;
+use crate::budget::{summary, sweep};
+use crate::report::{self, budget as pages};
+use crate::results::{BudgetPath, BudgetResult};
+use crate::simulate::{Scenario, SimulateError};
+use crate::survey::scenario;
+use crate::target::Target;
+
+/// Subfolder of the ledgers.
+const TRIALS: &str = "trials";
+
+/// Set by Ctrl-C.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Runs the command.
+pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
+    talk.step(&format!("reading {}", args.scenario.display()));
+    let file = scenario::read(&args.scenario)?;
+    let calibration = file.calibration(&args.scenario)?;
+    let configuration = Configuration {
+        sequential: calibration.sequential,
+        joint: calibration.joint,
+    };
+    let experiment = experiment(args, &file.scenario, configuration)?;
+    let folder = folder(args, &file.scenario.name);
+    let ended = trials(&experiment, &folder.join(TRIALS), args.resume, talk)?;
+    if let Ended::Interrupted { done, of } = ended {
+        talk.remark(&format!(
+            "stopped: {done} of {of} trials are kept in {}; the same command with --resume goes on",
+            folder.join(TRIALS).display()
+        ));
+        return Ok(Ending::Interrupted);
+    }
+    talk.step("summing up");
+    let mut result = summary::frame(&file.scenario, &experiment.configuration);
+    summary::fill(&mut result, &experiment, &folder.join(TRIALS))?;
+    written(&result, &folder, talk)
+}
+
+/// The trials that were asked for, every scenario checked.
+fn experiment(
+    args: &Budget,
+    scenario: &Scenario,
+    configuration: Configuration,
+) -> Result<Experiment, CliError> {
+    let trials = args.trials.ok_or(CliError::NoTrials)?;
+    if args.vary.len() > 2 {
+        let found = args.vary.len();
+        return Err(CliError::TooManyKeys { found });
+    }
+    let single = args.single.unwrap_or(0);
+    let points = sweep::points(scenario, &args.vary)?;
+    let experiment = Experiment::new(scenario, configuration, args.seed, trials, single)
+        .with_sweep(points, trials);
+    for cell in &experiment.cells {
+        Target::from_model(&cell.scenario.target.model).map_err(SimulateError::from)?;
+    }
+    Ok(experiment)
+}
+
+fn folder(args: &Budget, name: &str) -> PathBuf {
+    let default = || folder_of(&format!("{name}-budget"));
+    args.out.clone().unwrap_or_else(default)
+}
+
+/// Runs what is missing, until it is done or Ctrl-C comes.
+fn trials(
+    experiment: &Experiment,
+    folder: &Path,
+    resume: bool,
+    talk: &Talk,
+) -> Result<Ended, CliError> {
+    catch_ctrl_c()?;
+    let done = experiment.prepare(folder, resume)?;
+    let (before, total) = (done.iter().sum(), experiment.trials());
+    talk.step(&format!(
+        "{total} trials, {before} of them done before, into {}",
+        folder.display()
+    ));
+    let bar = talk.trials(before, total);
+    let ended = experiment.run(folder, &done, &STOP, &|done| {
+        bar.set_position(done);
+        if done.is_multiple_of((total / 10).max(1)) {
+            talk.step(&format!("{done} of {total} trials"));
+        }
+    });
+    bar.finish_and_clear();
+    Ok(ended?)
+}
+
+/// The first Ctrl-C asks the run to stop, the second ends the program.
+fn catch_ctrl_c() -> Result<(), CliError> {
+    STOP.store(false, SeqCst);
+    let caught = ctrlc::set_handler(|| {
+        if STOP.swap(true, SeqCst) {
+            std::process::exit(130);
+        }
+    });
+    match caught {
+        // caught already: this is not the process's first budget
+        Ok(()) | Err(ctrlc::Error::MultipleHandlers) => Ok(()),
+        Err(error) => Err(CliError::Signal {
+            found: error.to_string(),
+        }),
+    }
+}
+
+fn written(result: &BudgetResult, folder: &Path, talk: &Talk) -> Result<Ending, CliError> {
+    talk.step(&format!("writing {}", folder.display()));
+    let files = report::write_budget(folder, result)?;
+    let mut text = pages::summary(result);
+    text.push_str(&format!(
+        "\nResult  {}\nTable   {}\n",
+        files.json.display(),
+        files.table.display()
+    ));
+    if let Some(sweep) = &files.sweep {
+        text.push_str(&format!("Sweep   {}\n", sweep.display()));
+    }
+    text.push_str(&format!("Trials  {}\n", folder.join(TRIALS).display()));
+    let json = pages::to_bytes(result)?;
+    talk.result(&text, &json)?;
+    let joint = result.paths.iter().find(|p| p.path == BudgetPath::Joint);
+    let usable = joint
+        .and_then(|p| p.together.as_ref())
+        .map_or(0, |t| t.usable);
+    Ok(if usable > 0 {
+        Ending::Usable
+    } else {
+        Ending::Unusable
+    })
+}

@@ -1,0 +1,442 @@
+//! An error budget for the terminal, as JSON and as tidy CSV tables.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use comfy_table::CellAlignment;
+use serde::Serialize;
+
+use super::format::ROWS;
+use super::text::ruled_table;
+use super::{ReportError, json};
+use crate::results::{
+    BudgetPath, BudgetResult, Interval, PathBudget, PathStatistics, SixFigures, SixValues,
+    SourceShare, Sweep, write_whole,
+};
+
+/// Sources that the terminal shows of each path.
+const SHOWN: usize = 5;
+
+/// Where the files are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WrittenBudget {
+    /// `result.json`.
+    pub json: PathBuf,
+    /// `budget.csv`.
+    pub table: PathBuf,
+    /// `sweep.csv`, where there is a sweep.
+    pub sweep: Option<PathBuf>,
+}
+
+/// Writes `result.json`, `budget.csv` and `sweep.csv` into `folder`, each whole or not at all.
+///
+/// # Errors
+/// [`ReportError`]; all texts are made before the first is written.
+pub fn write_budget(folder: &Path, result: &BudgetResult) -> Result<WrittenBudget, ReportError> {
+    let bytes = to_bytes(result)?;
+    let sweep = result.sweep.as_ref();
+    let written = WrittenBudget {
+        json: folder.join("result.json"),
+        table: folder.join("budget.csv"),
+        sweep: sweep.map(|_| folder.join("sweep.csv")),
+    };
+    write_whole(&written.json, &bytes)?;
+    write_whole(&written.table, table(result).as_bytes())?;
+    if let (Some(file), Some(sweep)) = (&written.sweep, sweep) {
+        write_whole(file, sweep_table(sweep).as_bytes())?;
+    }
+    Ok(written)
+}
+
+/// The bytes of `result.json`; the same result gives the same bytes.
+///
+/// # Errors
+/// None for a result made by this program; `serde_json` does not promise it.
+pub fn to_bytes(result: &BudgetResult) -> serde_json::Result<Vec<u8>> {
+    json::lines(result)
+}
+
+/// Reads `result.json`.
+///
+/// # Errors
+/// The line and column where the text is no budget.
+pub fn from_slice(bytes: &[u8]) -> serde_json::Result<BudgetResult> {
+    serde_json::from_slice(bytes)
+}
+
+const NAMES: [(&str, &str); 6] = [
+    ("pitch", "deg"),
+    ("roll", "deg"),
+    ("yaw", "deg"),
+    ("lx", "m"),
+    ("ly", "m"),
+    ("lz", "m"),
+];
+
+/// Columns behind the first ones of both tables.
+const FIGURES: &str = "parameter,unit,trials,usable,bias,bias_standard_error,standard_deviation,\
+    standard_deviation_lower,standard_deviation_upper,rms";
+
+/// One row per path, source, origin and parameter: `budget.csv`. A field that is not known is empty.
+#[must_use]
+pub fn table(result: &BudgetResult) -> String {
+    let mut text = format!("path,source,origin,{FIGURES},share\n");
+    for path in &result.paths {
+        let name = path.path.name();
+        if let Some(together) = &path.together {
+            let one = SixValues {
+                pitch: 1.0,
+                roll: 1.0,
+                yaw: 1.0,
+                lx: 1.0,
+                ly: 1.0,
+                lz: 1.0,
+            };
+            let figures = Figures::of_statistics(together);
+            figures.rows(&mut text, &format!("{name},together,monte_carlo"), |i| {
+                format!(",{}", nth(Some(&one), i))
+            });
+        }
+        for share in &path.shares {
+            let origin = serde_name(&share.origin);
+            let first = format!("{name},{},{origin}", share.source);
+            Figures::of_share(share).rows(&mut text, &first, |i| {
+                format!(",{}", nth(share.share.as_ref(), i))
+            });
+        }
+    }
+    text
+}
+
+/// One row per point, path and parameter: `sweep.csv`; the first columns are the varied keys.
+#[must_use]
+pub fn sweep_table(sweep: &Sweep) -> String {
+    let keys: Vec<String> = sweep.keys.iter().map(|k| quoted(k)).collect();
+    let mut text = format!(
+        "{},path,{FIGURES},reported_sigma,pull_mean,pull_rms,nees\n",
+        keys.join(",")
+    );
+    for point in &sweep.points {
+        let values: Vec<String> = point
+            .values
+            .iter()
+            .map(|v| quoted(&v.to_string()))
+            .collect();
+        for statistics in &point.paths {
+            let first = format!("{},{}", values.join(","), statistics.path.name());
+            let reported = statistics.reported.as_ref();
+            let sigma = reported.and_then(|r| r.standard_deviation);
+            let nees = reported.and_then(|r| r.nees).map(|n| n.mean);
+            Figures::of_statistics(statistics).rows(&mut text, &first, |i| {
+                let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+                format!(
+                    ",{},{},{},{}",
+                    number(sigma.map(|s| s.in_order()[i])),
+                    nth(reported.map(|r| &r.pull_mean), i),
+                    nth(reported.map(|r| &r.pull_rms), i),
+                    number(nees)
+                )
+            });
+        }
+    }
+    text
+}
+
+fn nth(six: Option<&SixValues>, i: usize) -> String {
+    six.map_or_else(String::new, |six| {
+        super::format::in_order(six)[i].to_string()
+    })
+}
+
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+fn serde_name(value: &impl Serialize) -> String {
+    let value = serde_json::to_value(value).unwrap_or_default();
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+/// What both tables show.
+struct Figures {
+    trials: u64,
+    usable: u64,
+    bias: Option<SixFigures>,
+    error: Option<SixFigures>,
+    deviation: Option<SixFigures>,
+    interval: Option<Interval>,
+    rms: Option<SixFigures>,
+}
+
+impl Figures {
+    fn of_statistics(s: &PathStatistics) -> Self {
+        Self {
+            trials: s.trials,
+            usable: s.usable,
+            bias: s.bias,
+            error: s.bias_standard_error,
+            deviation: s.standard_deviation,
+            interval: s.standard_deviation_interval,
+            rms: s.rms,
+        }
+    }
+
+    fn of_share(s: &SourceShare) -> Self {
+        Self {
+            trials: s.trials,
+            usable: s.usable,
+            bias: s.bias,
+            error: s.bias_standard_error,
+            deviation: s.standard_deviation,
+            interval: s.standard_deviation_interval,
+            rms: None,
+        }
+    }
+
+    fn rows(&self, text: &mut String, first: &str, last: impl Fn(usize) -> String) {
+        for (i, (name, unit)) in NAMES.iter().enumerate() {
+            let of = |six: Option<SixFigures>, factor: f64| {
+                six.map_or_else(String::new, |six| (six.in_order()[i] * factor).to_string())
+            };
+            let end = |factor: Option<f64>| {
+                factor.map_or_else(String::new, |factor| of(self.deviation, factor))
+            };
+            let _ = writeln!(
+                text,
+                "{first},{name},{unit},{},{},{},{},{},{},{},{}{}",
+                self.trials,
+                self.usable,
+                of(self.bias, 1.0),
+                of(self.error, 1.0),
+                of(self.deviation, 1.0),
+                end(self.interval.map(|i| i.lower)),
+                end(self.interval.map(|i| i.upper)),
+                of(self.rms, 1.0),
+                last(i)
+            );
+        }
+    }
+}
+
+/// The summary for the terminal. Ends with a newline.
+#[must_use]
+pub fn summary(result: &BudgetResult) -> String {
+    let mut text = format!("Error budget of {}\n", result.scenario);
+    for path in &result.paths {
+        text.push_str(&path_text(result, path));
+    }
+    for refusal in &result.refusals {
+        let path = refusal.path.name();
+        let seeds: Vec<String> = refusal.seeds.iter().map(u64::to_string).collect();
+        let more = if refusal.count > refusal.seeds.len() as u64 {
+            ", ..."
+        } else {
+            ""
+        };
+        let _ = writeln!(
+            text,
+            "\n{path}: {} of {} trials not usable (seed {}{more}): {}",
+            refusal.count,
+            result.trials,
+            seeds.join(", "),
+            refusal.example
+        );
+    }
+    if let Some(sweep) = &result.sweep {
+        text.push_str(&sweep_text(sweep));
+    }
+    for note in &result.notes {
+        let _ = writeln!(text, "\nNote: {note}.");
+    }
+    text
+}
+
+/// Degrees stay, metres become millimetres.
+fn shown(six: &SixFigures) -> [f64; 6] {
+    let [pitch, roll, yaw, x, y, z] = six.in_order();
+    [pitch, roll, yaw, x * 1e3, y * 1e3, z * 1e3]
+}
+
+/// Four significant digits.
+fn digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return "0".to_owned();
+    }
+    let decimals = (3.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+fn cell(six: Option<&SixFigures>, i: usize) -> String {
+    six.map_or_else(|| "-".to_owned(), |six| digits(shown(six)[i]))
+}
+
+fn title(path: &PathBudget) -> String {
+    match path.path {
+        BudgetPath::Joint => "Joint path".to_owned(),
+        _ => format!("Reference path ({})", path.variant),
+    }
+}
+
+fn path_text(result: &BudgetResult, path: &PathBudget) -> String {
+    let mut text = String::new();
+    if let Some(s) = &path.together {
+        let _ = writeln!(
+            text,
+            "\n{}: {} of {} trials usable, seeds {} to {}",
+            title(path),
+            s.usable,
+            s.trials,
+            result.first_seed,
+            result.first_seed + s.trials.saturating_sub(1)
+        );
+        text.push_str(&statistics_table(s));
+        text.push_str(&honesty(s));
+    }
+    text.push_str(&top_sources(result, path));
+    text
+}
+
+fn right_aligned(mut table: comfy_table::Table) -> String {
+    table
+        .column_iter_mut()
+        .skip(1)
+        .for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    let mut text = table.trim_fmt();
+    text.push('\n');
+    text
+}
+
+fn statistics_table(s: &PathStatistics) -> String {
+    let reported = s.reported.as_ref();
+    let sigma = reported.and_then(|r| r.standard_deviation);
+    let mut table = ruled_table();
+    let mut header = vec![
+        "parameter",
+        "bias",
+        "± 1 sigma",
+        "standard deviation",
+        "RMS",
+    ];
+    if reported.is_some() {
+        header.extend(["reported sigma", "pull RMS"]);
+    }
+    table.set_header(header);
+    for (i, row) in ROWS.iter().enumerate() {
+        let mut line = vec![
+            format!("{}, {}", row.name, row.unit),
+            cell(s.bias.as_ref(), i),
+            cell(s.bias_standard_error.as_ref(), i),
+            cell(s.standard_deviation.as_ref(), i),
+            cell(s.rms.as_ref(), i),
+        ];
+        if let Some(reported) = reported {
+            line.push(cell(sigma.as_ref(), i));
+            let pull = super::format::in_order(&reported.pull_rms)[i];
+            line.push(format!("{pull:.3}"));
+        }
+        table.add_row(line);
+    }
+    right_aligned(table)
+}
+
+fn honesty(s: &PathStatistics) -> String {
+    let Some(reported) = &s.reported else {
+        return String::new();
+    };
+    let ends = reported.pull_rms_interval;
+    let mut text = format!(
+        "pull RMS of a true covariance: {:.3} to {:.3}",
+        ends.lower, ends.upper
+    );
+    if let Some(nees) = &reported.nees {
+        let _ = write!(
+            text,
+            "; NEES {:.2} ({:.2} to {:.2} when true)",
+            nees.mean, nees.interval.lower, nees.interval.upper
+        );
+    }
+    text.push('\n');
+    text
+}
+
+/// The sources with the largest share of any parameter, and the remainder.
+fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
+    let largest = |share: &SourceShare| {
+        let six = share.share.as_ref().map(super::format::in_order);
+        six.map_or(0.0, |six| six.into_iter().fold(0.0, f64::max))
+    };
+    let is_source = |s: &&SourceShare| s.source != "remainder" && s.share.is_some();
+    let mut sources: Vec<&SourceShare> = path.shares.iter().filter(is_source).collect();
+    sources.sort_by(|a, b| largest(b).total_cmp(&largest(a)));
+    if sources.is_empty() {
+        return String::new();
+    }
+    let left_out = sources.len().saturating_sub(SHOWN);
+    sources.truncate(SHOWN);
+    sources.extend(path.shares.iter().filter(|s| s.source == "remainder"));
+    let mut table = ruled_table();
+    let names = ROWS.iter().map(|row| row.name.to_owned());
+    table.set_header(["share of variance, %".to_owned()].into_iter().chain(names));
+    for share in sources {
+        let described = result.sources.iter().find(|s| s.source == share.source);
+        let title = described.map_or(share.source.as_str(), |s| s.title.as_str());
+        let six = share.share.as_ref().map(super::format::in_order);
+        let percent = |i: usize| six.map_or("-".into(), |six| format!("{:.1}", 100.0 * six[i]));
+        table.add_row([title.to_owned()].into_iter().chain((0..6).map(percent)));
+    }
+    let mut text = right_aligned(table);
+    if left_out > 0 {
+        let _ = writeln!(text, "and {left_out} smaller sources in budget.csv");
+    }
+    text
+}
+
+fn sweep_text(sweep: &Sweep) -> String {
+    let mut text = String::new();
+    for path in BudgetPath::ALL {
+        let mut table = ruled_table();
+        let names = ROWS.iter().map(|row| format!("{}, {}", row.name, row.unit));
+        let usable = ["usable".to_owned()];
+        table.set_header(sweep.keys.iter().cloned().chain(usable).chain(names));
+        for point in &sweep.points {
+            let Some(s) = point.paths.iter().find(|s| s.path == path) else {
+                continue;
+            };
+            let values = point.values.iter().map(ToString::to_string);
+            let usable = [format!("{}/{}", s.usable, s.trials)];
+            let rms = (0..6).map(|i| cell(s.rms.as_ref(), i));
+            table.add_row(values.chain(usable).chain(rms));
+        }
+        let _ = writeln!(
+            text,
+            "\nSweep, {}: RMS error, {} trials at each point under the same seeds",
+            path.name(),
+            sweep.trials
+        );
+        text.push_str(&right_aligned(table));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_digits_count() {
+        assert_eq!(
+            [0.0123456, 123.456, -1.0, 0.0].map(digits),
+            ["0.01235", "123.5", "-1.000", "0"]
+        );
+    }
+
+    #[test]
+    fn commas_are_quoted() {
+        assert_eq!(quoted("a,b"), "\"a,b\"");
+        assert_eq!(quoted("pass.*.x"), "pass.*.x");
+    }
+}

@@ -1,0 +1,343 @@
+//! An error budget as plain serialisable data: `result.json`.
+//!
+//! Angles in degrees, lengths in metres, as the names say. What could not be determined is `None` (`null` in the file), never NaN.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::{SixValues, Software};
+
+/// Version of [`BudgetResult`]'s form.
+pub const BUDGET_FORMAT_VERSION: u32 = 1;
+
+/// `result.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BudgetResult {
+    /// [`BUDGET_FORMAT_VERSION`].
+    pub format_version: u32,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// SHA-256 of the scenario as it took effect, but for its seed.
+    pub scenario_sha256: String,
+    /// The program that made the result.
+    pub software: Software,
+    /// First seed of every set of trials: common random numbers.
+    pub first_seed: u64,
+    /// Trials of all sources together.
+    pub trials: u64,
+    /// Trials of each source alone; 0 when they were not asked for.
+    pub single_trials: u64,
+    /// Probability inside every interval.
+    pub confidence: f64,
+    /// The configuration of both paths as it took effect.
+    pub configuration: serde_json::Value,
+    /// The sources that act, in the order of their random streams.
+    pub sources: Vec<SourceDescription>,
+    /// Each path.
+    pub paths: Vec<PathBudget>,
+    /// Trials of all sources together in which a path gave nothing usable.
+    pub refusals: Vec<RefusalCount>,
+    /// Scenario values over ranges.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<Sweep>,
+    /// Sentences that the reader should know.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+}
+
+/// Which path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BudgetPath {
+    /// The joint adjustment.
+    Joint,
+    /// The reference path as configured (literal by default).
+    Sequential,
+    /// The reference path's projected variant, which has a derivative.
+    SequentialProjected,
+}
+
+impl BudgetPath {
+    /// Every path, in the order of tables.
+    pub const ALL: [Self; 3] = [Self::Joint, Self::Sequential, Self::SequentialProjected];
+
+    /// As in `result.json`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Joint => "joint",
+            Self::Sequential => "sequential",
+            Self::SequentialProjected => "sequential_projected",
+        }
+    }
+}
+
+/// An error source in words.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SourceDescription {
+    /// As in `[sources]` of a scenario file.
+    pub source: String,
+    /// For tables and pictures.
+    pub title: String,
+    /// Distribution, and what shares one draw.
+    pub description: String,
+    /// Scenario keys that size it, with their values in this scenario.
+    pub size: BTreeMap<String, String>,
+    /// The same keys (last part) by default; empty where a scenario must say.
+    pub default: BTreeMap<String, f64>,
+    /// Where the default is from.
+    pub reference: String,
+}
+
+/// One figure for each of the six parameters.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct SixFigures {
+    /// About x, degrees.
+    pub pitch_deg: f64,
+    /// About y, degrees.
+    pub roll_deg: f64,
+    /// About z, degrees.
+    pub yaw_deg: f64,
+    /// Along x (right), metres.
+    pub lx_m: f64,
+    /// Along y (forward), metres.
+    pub ly_m: f64,
+    /// Along z (up), metres.
+    pub lz_m: f64,
+}
+
+impl SixFigures {
+    /// From radians and metres in the order pitch, roll, yaw, lx, ly, lz; `None` when one is not finite.
+    #[must_use]
+    pub fn from_si(six: [f64; 6]) -> Option<Self> {
+        let [pitch, roll, yaw, lx_m, ly_m, lz_m] = six;
+        six.iter().all(|v| v.is_finite()).then(|| Self {
+            pitch_deg: pitch.to_degrees(),
+            roll_deg: roll.to_degrees(),
+            yaw_deg: yaw.to_degrees(),
+            lx_m,
+            ly_m,
+            lz_m,
+        })
+    }
+
+    /// In the order pitch, roll, yaw (degrees), lx, ly, lz (metres).
+    #[must_use]
+    pub fn in_order(&self) -> [f64; 6] {
+        [
+            self.pitch_deg,
+            self.roll_deg,
+            self.yaw_deg,
+            self.lx_m,
+            self.ly_m,
+            self.lz_m,
+        ]
+    }
+}
+
+/// A path with what each source does to it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PathBudget {
+    /// Which.
+    pub path: BudgetPath,
+    /// The reference path's variant: `literal` or `projected`, with `, repeated`; empty for the joint path.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub variant: String,
+    /// All sources together, by Monte Carlo.
+    pub together: Option<PathStatistics>,
+    /// Source by source, by whichever way; a remainder last of each origin where the trials allow one.
+    pub shares: Vec<SourceShare>,
+    /// Analytic propagation against Monte Carlo, source by source.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub agreement: Vec<Agreement>,
+    /// Cramer-Rao bound of the standard deviation of any unbiased path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bound: Option<SixFigures>,
+    /// Bound's variance by the path's variance, 1 when the path is as good as possible.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub efficiency: Option<SixValues>,
+}
+
+/// How a figure was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Origin {
+    /// Through the derivatives.
+    Analytic,
+    /// By simulation.
+    MonteCarlo,
+}
+
+/// What one source does to a path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SourceShare {
+    /// A source's name, `nothing` (the method's own error without any source) or `remainder` (together minus the sum).
+    pub source: String,
+    /// How it was found.
+    pub origin: Origin,
+    /// Trials with a usable result; 0 for analytic figures.
+    pub usable: u64,
+    /// Trials; 0 for analytic figures.
+    pub trials: u64,
+    /// Mean error; of a source alone by Monte Carlo, the method's own is taken off.
+    pub bias: Option<SixFigures>,
+    /// One sigma of the bias.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias_standard_error: Option<SixFigures>,
+    /// Standard deviation; `None` of a remainder, whose variance may be negative.
+    pub standard_deviation: Option<SixFigures>,
+    /// Factors from the standard deviation to the ends of its interval.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard_deviation_interval: Option<Interval>,
+    /// Part of the variance of all sources together.
+    pub share: Option<SixValues>,
+    /// What the reader should know, or empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub note: String,
+}
+
+/// An interval with the result's confidence.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Interval {
+    /// Lower end.
+    pub lower: f64,
+    /// Upper end.
+    pub upper: f64,
+}
+
+impl Interval {
+    /// Whether a value lies inside.
+    #[must_use]
+    pub fn contains(&self, value: f64) -> bool {
+        self.lower <= value && value <= self.upper
+    }
+}
+
+/// What a set of trials says of a path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PathStatistics {
+    /// Which.
+    pub path: BudgetPath,
+    /// Trials.
+    pub trials: u64,
+    /// Trials with a usable result of this path; the figures are of these.
+    pub usable: u64,
+    /// Mean error.
+    pub bias: Option<SixFigures>,
+    /// One sigma of the bias.
+    pub bias_standard_error: Option<SixFigures>,
+    /// Standard deviation about the mean.
+    pub standard_deviation: Option<SixFigures>,
+    /// Factors from the standard deviation to the ends of its interval.
+    pub standard_deviation_interval: Option<Interval>,
+    /// Root mean square error.
+    pub rms: Option<SixFigures>,
+    /// What the path says of itself; `None` for the reference path, which says nothing.
+    pub reported: Option<Reported>,
+}
+
+/// Honesty of the reported covariance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Reported {
+    /// Root of the mean reported variance.
+    pub standard_deviation: Option<SixFigures>,
+    /// Mean of error / reported standard deviation; 0 of a parameter that was held.
+    pub pull_mean: SixValues,
+    /// Root mean square of the same, 1 when the covariance is true.
+    pub pull_rms: SixValues,
+    /// Where the root mean square of a true covariance would lie, by chi-square.
+    pub pull_rms_interval: Interval,
+    /// Normalised estimation error squared, `e^T C^-1 e`.
+    pub nees: Option<Nees>,
+    /// Mean variance factor; `None` where none was judged.
+    pub variance_factor: Option<f64>,
+}
+
+/// Mean of `e^T C^-1 e` over trials, 6 when the covariance is true.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Nees {
+    /// Mean.
+    pub mean: f64,
+    /// Where the mean of a true covariance would lie, by chi-square.
+    pub interval: Interval,
+    /// Trials whose covariance could be inverted.
+    pub trials: u64,
+}
+
+/// Analytic variance against that of the trials.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Agreement {
+    /// A source's name, or `together`.
+    pub source: String,
+    /// Trials' variance by analytic variance; a parameter is left out where the analytic one is 0.
+    pub variance_ratio: BTreeMap<String, f64>,
+    /// Where the ratio would lie if both were the same, by chi-square, for all comparisons at once (Sidak).
+    pub interval: Interval,
+    /// Comparisons that the interval was widened for.
+    pub comparisons: u64,
+    /// Parameters outside the interval.
+    pub outside: Vec<String>,
+    /// Why, where they differ; or empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub note: String,
+}
+
+/// Trials in which a path gave nothing usable, by reason.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RefusalCount {
+    /// Which.
+    pub path: BudgetPath,
+    /// The reason as one word.
+    pub code: String,
+    /// How many.
+    pub count: u64,
+    /// The first seeds, at most ten.
+    pub seeds: Vec<u64>,
+    /// The first one's words.
+    pub example: String,
+}
+
+/// One or two scenario values over ranges.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Sweep {
+    /// The varied keys, one or two.
+    pub keys: Vec<String>,
+    /// Trials at each point, all under the same seeds.
+    pub trials: u64,
+    /// The points; of two keys the first varies slowest.
+    pub points: Vec<SweepPoint>,
+}
+
+/// A point of a sweep.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SweepPoint {
+    /// Value of each key, in the key's unit.
+    pub values: Vec<SweepValue>,
+    /// Each path.
+    pub paths: Vec<PathStatistics>,
+    /// Trials in which a path gave nothing usable.
+    pub refusals: Vec<RefusalCount>,
+}
+
+/// A value of a varied key.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum SweepValue {
+    /// A number, in the key's unit.
+    Number(f64),
+    /// `true` or `false`.
+    Flag(bool),
+    /// A word.
+    Text(String),
+}
+
+impl std::fmt::Display for SweepValue {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Flag(flag) => write!(f, "{flag}"),
+            Self::Text(text) => write!(f, "{text}"),
+        }
+    }
+}
