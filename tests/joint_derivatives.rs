@@ -11,7 +11,7 @@ use boresight::calibrate::pool::Scene;
 use boresight::calibrate::pool::conditions::{
     FacePlane, MountingBlocks, ReturnConditions, SoundingConditions, TrajectoryErrors,
 };
-use boresight::calibrate::pool::ties::{Association, Tie, tie_returns, tie_soundings};
+use boresight::calibrate::pool::ties::{Among, Association, Tie, tie_returns, tie_soundings};
 use boresight::matching::{Patches, Water};
 use boresight::observe::Mounting;
 use boresight::simulate::motion::Wave;
@@ -248,7 +248,7 @@ fn derivatives_of_the_returns() {
         s.campaign.water_level_m,
         &scene.origins(&s.campaign.scanner),
     );
-    let ties = tie_returns(&scene, &patches, None, &Association::before(5.0));
+    let ties = tie_returns(&scene, &patches, Among::All, &Association::before(5.0));
     let model = chain(&scene);
     let epochs: Vec<u32> = (0..scene.trajectory.len() as u32).collect();
     let conditions = ReturnConditions {
