@@ -10,12 +10,17 @@
 //! | [`sweep`] | one or two scenario values over ranges |
 //! | [`summary`] | the trials as `result.json` |
 //! | [`swath`] | what a calibration's covariance means for a sounding, against IHO S-44 |
-//! | [`plan`], [`passes`] | which pass to sail next, and how many |
+//! | [`soundings`] | the same for a scenario's sensors, as a section of `result.json` |
+//! | [`plan`], [`passes`], [`fusion`] | which pass to sail next, and how many |
+//! | [`planned`] | the plan as `plan.json` |
 
 pub mod experiment;
+pub mod fusion;
 pub mod ledger;
 pub mod passes;
 pub mod plan;
+pub mod planned;
+pub mod soundings;
 pub mod sources;
 pub mod statistics;
 pub mod summary;

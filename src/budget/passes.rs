@@ -1,11 +1,14 @@
-//! Information of one pass of a scenario, from an error-free simulation of it.
+//! Information of one pass of a scenario, from an error-free simulation of it; what a scenario's own passes promise.
 
+use nalgebra::Matrix6;
+use rayon::prelude::*;
 use thiserror::Error;
 
+use super::fusion::Fusion;
 use crate::adjust::AdjustError;
 use crate::calibrate::pool::joint::Information;
 use crate::calibrate::pool::{DesignedPass, JointConfig, PoolError};
-use crate::simulate::scenario::Pass;
+use crate::simulate::scenario::{Disturbance, Pass};
 use crate::simulate::{Scenario, SimulateError, Sources, simulate};
 
 /// Why a pass tells nothing.
@@ -45,7 +48,11 @@ const LEAST: usize = 30;
 ///
 /// # Errors
 /// [`PassError`] when the pass cannot be simulated, or when one of the sensors does not see the target from it.
-pub fn information_of(scenario: &Scenario, pass: &Pass) -> Result<Information, PassError> {
+pub fn information_of(
+    scenario: &Scenario,
+    pass: &Pass,
+    config: &JointConfig,
+) -> Result<Information, PassError> {
     let alone = error_free(scenario, pass);
     let survey = simulate(&alone, alone.seed)?;
     let designed = DesignedPass {
@@ -54,7 +61,7 @@ pub fn information_of(scenario: &Scenario, pass: &Pass) -> Result<Information, P
         pose: &survey.prior,
         mounting: survey.reality.sonar,
     };
-    let information = designed.information(&JointConfig::default())??;
+    let information = designed.information(config)??;
     if information.soundings < LEAST || information.returns < LEAST {
         return Err(PassError::Unseen {
             distance_m: pass.distance_m,
@@ -67,12 +74,41 @@ pub fn information_of(scenario: &Scenario, pass: &Pass) -> Result<Information, P
     Ok(information)
 }
 
+/// Information of several passes in their order, on all cores.
+#[must_use]
+pub fn information_of_all(
+    scenario: &Scenario,
+    passes: &[Pass],
+    config: &JointConfig,
+    progress: &(dyn Fn() + Sync),
+) -> Vec<Result<Information, PassError>> {
+    let one = |pass| {
+        let information = information_of(scenario, pass, config);
+        progress();
+        information
+    };
+    passes.par_iter().map(one).collect()
+}
+
+/// Covariance of the six parameters (rad, m) that a scenario's own passes promise, each taken as independent of the others but for
+/// what they share.
+///
+/// # Errors
+/// [`PassError`] of the first pass that tells nothing.
+pub fn predicted(scenario: &Scenario, config: &JointConfig) -> Result<Matrix6<f64>, PassError> {
+    let mut sum = Fusion::default();
+    for information in information_of_all(scenario, &scenario.pass, config, &|| {}) {
+        sum.add(&information?);
+    }
+    Ok(sum.covariance())
+}
+
 /// The scenario with this pass only, nothing going wrong, and the target where the survey says.
 fn error_free(scenario: &Scenario, pass: &Pass) -> Scenario {
     let mut alone = scenario.clone();
     alone.pass = vec![pass.clone()];
     alone.sources = Sources::none();
-    alone.disturbance = crate::simulate::scenario::Disturbance::default();
+    alone.disturbance = Disturbance::default();
     alone.target.prior_offset_m = [0.0; 3];
     alone.target.prior_turn_deg = 0.0;
     alone

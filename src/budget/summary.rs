@@ -70,6 +70,8 @@ pub fn frame(scenario: &Scenario, configuration: &Configuration) -> BudgetResult
         paths: BudgetPath::ALL.map(path).into(),
         refusals: vec![],
         sweep: None,
+        swath: None,
+        command: String::new(),
         notes: vec![],
     }
 }
@@ -275,7 +277,8 @@ fn sweep(cells: &[(&Cell, &Statistics)]) -> Option<Sweep> {
     })
 }
 
-fn plain(value: &Setting) -> SweepValue {
+/// A setting for `result.json`.
+pub(super) fn plain(value: &Setting) -> SweepValue {
     match value {
         Setting::Number(number) => SweepValue::Number(*number),
         Setting::Flag(flag) => SweepValue::Flag(*flag),

@@ -27,6 +27,15 @@ pub struct Vary {
     pub values: Vec<Setting>,
 }
 
+impl Vary {
+    /// As the user may write it again: `KEY=a,b,c`.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let values: Vec<String> = self.values.iter().map(ToString::to_string).collect();
+        format!("{}={}", self.key, values.join(","))
+    }
+}
+
 /// A value of a varied key.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Setting {

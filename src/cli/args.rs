@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
+use super::plan::Wanted;
 use crate::budget::sweep::Vary;
 use crate::calibrate::pool::Method;
 
@@ -26,6 +27,8 @@ EXAMPLES
   boresight apply survey.toml --calibration result.json --out cloud.laz
   boresight budget scenario.toml --trials 1000 --single 200
                                           which error source costs how much of which parameter, by which path?
+  boresight plan scenario.toml --distance 4,6,8
+                                          which pass to sail next, and how many are needed?
   boresight completions bash > ~/.local/share/bash-completion/completions/boresight
 
 FILES
@@ -65,6 +68,7 @@ KEYS OF --vary
   every one, lidar.mounting_sigma_deg.2 the third of a list. multibeam.tilt_deg stands for -multibeam.mounting_deg.roll.
 
 FILES WRITTEN
+  OUT/report.html   pictures first; one file, opens offline
   OUT/result.json   every figure, with units in the names
   OUT/budget.csv    one row per path, source and parameter
   OUT/sweep.csv     one row per point, path and parameter, with --vary
@@ -73,6 +77,33 @@ FILES WRITTEN
 EXIT CODES
   0 done, 1 done but no trial had a usable joint result, 2 bad input (nothing written),
   130 stopped by Ctrl-C: running trials were finished, all are kept, --resume goes on (a second Ctrl-C ends at once)";
+
+const PLAN_AFTER: &str = "\
+HOW IT WORKS
+  Every candidate is simulated without errors and linearised once: what it would tell of angles, lever arm, planes and scanner. What
+  the passes tell is added, what is known before counts once. From that follow the standard deviations after any set of passes,
+  without a single observation. The next pass is always the one that makes the criterion smallest.
+
+EXAMPLES
+  The scenario's passes are sailed; which distance should be next, and how often?
+    boresight plan models/scenarios/single-pass.toml --distance 4,6,8,12
+
+  A survey from scratch, both ways and with a crab angle, until 0.02 degrees and 5 mm are reached:
+    boresight plan scenario.toml --from-scratch --distance 5,9 --crab -10,0,10 --both-directions \\
+      --wanted pitch=0.02,roll=0.02,yaw=0.02,lx=5,ly=5,lz=5
+
+  Which tilt of the multibeam, which blocks on the wall? Values that one survey cannot mix are compared, not combined:
+    boresight plan scenario.toml --vary multibeam.tilt_deg=20:60:5
+    boresight plan scenario.toml --vary target.model.block_leg_m=0.5:2:0.25 --vary target.model.block_height_m=0.3,0.6,1
+
+FILES WRITTEN
+  OUT/plan.html   pictures: what each pass gains, candidates compared, the courses from above; one file, opens offline
+  OUT/plan.json   every figure, with units in the names
+  OUT/plan.csv    one row per candidate, chosen pass and value
+
+EXIT CODES
+  0 planned, also where no number of passes reaches what is wanted (the plan says which parameter, and its floor),
+  2 bad input (nothing written)";
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -170,6 +201,13 @@ pub enum Command {
         after_long_help = BUDGET_AFTER
     )]
     Budget(Budget),
+    /// Find out without data which pass to sail next, and how many are needed
+    #[command(
+        long_about = "Predict, from a scenario and without any data, the standard deviations of angles and lever arm after candidate \
+        passes, choose which to sail next, and say how many are needed for a wanted accuracy, or that no number is enough.",
+        after_long_help = PLAN_AFTER
+    )]
+    Plan(Plan),
     /// Print a completion script for a shell
     Completions {
         /// Which shell
@@ -312,10 +350,77 @@ pub struct Budget {
     /// A scenario value over a range, KEY=from:to:step or KEY=a,b,c, with N trials at each; once or twice
     #[arg(long, value_name = "KEY=VALUES", requires = "trials")]
     pub vary: Vec<Vary>,
+    /// Depths below the sonar at which uncertainty across the swath is shown, metres
+    #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive, default_values_t = crate::budget::soundings::DEPTHS_M)]
+    pub depth: Vec<f64>,
     /// Go on with the trials that are in the folder
     #[arg(long, requires = "trials")]
     pub resume: bool,
     /// Folder to write into [default: named after the scenario, with -budget]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
+}
+
+/// `plan`.
+#[derive(Debug, Args)]
+pub struct Plan {
+    /// Scenario file; its passes count as sailed
+    #[arg(value_name = "SCENARIO.toml", value_hint = ValueHint::FilePath)]
+    pub scenario: PathBuf,
+    /// Distances of candidate passes from the wall, metres [default: those of the scenario's passes]
+    #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive)]
+    pub distance: Vec<f64>,
+    /// Speeds of candidate passes, m/s [default: those of the scenario's passes]
+    #[arg(long, value_name = "M/S,...", value_delimiter = ',', value_parser = positive)]
+    pub speed: Vec<f64>,
+    /// Heading minus course of candidate passes, degrees [default: those of the scenario's passes]
+    #[arg(long, value_name = "DEG,...", value_delimiter = ',', value_parser = below_a_right_angle, allow_negative_numbers = true)]
+    pub crab: Vec<f64>,
+    /// Sail every candidate the other way as well
+    #[arg(long)]
+    pub both_directions: bool,
+    /// Nothing is sailed yet: the scenario's passes are only the pattern of candidates
+    #[arg(long)]
+    pub from_scratch: bool,
+    /// What the next pass should make smallest
+    #[arg(long, value_enum, default_value_t = CriterionName::D)]
+    pub criterion: CriterionName,
+    /// Standard deviations wanted, degrees and millimetres; those not named as by default
+    /// [default: pitch=0.015,roll=0.015,yaw=0.015,lx=1.2,ly=1.2,lz=1.2, the best published]
+    #[arg(long, value_name = "NAME=VALUE,...")]
+    pub wanted: Option<Wanted>,
+    /// Passes to add at the most
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub most: u16,
+    /// A scenario value over a range, KEY=from:to:step or KEY=a,b,c, as in budget: its passes' prediction at each; once or twice
+    #[arg(long, value_name = "KEY=VALUES")]
+    pub vary: Vec<Vary>,
+    /// Folder to write into [default: named after the scenario, with -plan]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
+}
+
+/// What the next pass should make smallest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CriterionName {
+    /// The volume of the error ellipsoid
+    D,
+    /// The sum of the variances in units of what is wanted
+    A,
+}
+
+/// A number above 0.
+fn positive(text: &str) -> Result<f64, String> {
+    number(text, |v| v > 0.0, "a number above 0")
+}
+
+fn below_a_right_angle(text: &str) -> Result<f64, String> {
+    number(text, |v| v.abs() < 90.0, "degrees between -90 and 90")
+}
+
+fn number(text: &str, good: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && good(value) => Ok(value),
+        _ => Err(format!("expected {expected}")),
+    }
 }

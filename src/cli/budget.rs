@@ -10,7 +10,7 @@ use super::error::CliError;
 use super::talk::Talk;
 use crate::budget::experiment::{Ended, Experiment};
 use crate::budget::trial::Configuration;
-use crate::budget::{summary, sweep};
+use crate::budget::{soundings, summary, sweep};
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetPath, BudgetResult};
 use crate::simulate::{Scenario, SimulateError};
@@ -45,6 +45,11 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step("summing up");
     let mut result = summary::frame(&file.scenario, &experiment.configuration);
     summary::fill(&mut result, &experiment, &folder.join(TRIALS))?;
+    let found = soundings::of_trials(&experiment, &folder.join(TRIALS))?;
+    let joint = &experiment.configuration.joint;
+    let found = soundings::or_predicted(found, &file.scenario, joint);
+    result.swath = Some(soundings::section(&file.scenario, &found, &args.depth));
+    result.command = command(args);
     written(&result, &folder, talk)
 }
 
@@ -67,6 +72,22 @@ fn experiment(
         Target::from_model(&cell.scenario.target.model).map_err(SimulateError::from)?;
     }
     Ok(experiment)
+}
+
+/// The command that makes the result again, without its folder, threads and interruptions.
+fn command(args: &Budget) -> String {
+    let mut words = vec![format!("boresight budget {}", args.scenario.display())];
+    words.extend(args.trials.map(|n| format!("--trials {n}")));
+    words.extend(args.single.map(|n| format!("--single {n}")));
+    if args.seed != 1 {
+        words.push(format!("--seed {}", args.seed));
+    }
+    words.extend(args.vary.iter().map(|v| format!("--vary '{}'", v.text())));
+    if args.depth != soundings::DEPTHS_M {
+        let depths: Vec<String> = args.depth.iter().map(ToString::to_string).collect();
+        words.push(format!("--depth {}", depths.join(",")));
+    }
+    words.join(" ")
 }
 
 fn folder(args: &Budget, name: &str) -> PathBuf {
@@ -121,7 +142,8 @@ fn written(result: &BudgetResult, folder: &Path, talk: &Talk) -> Result<Ending, 
     let files = report::write_budget(folder, result)?;
     let mut text = pages::summary(result);
     text.push_str(&format!(
-        "\nResult  {}\nTable   {}\n",
+        "\nReport  {}\nResult  {}\nTable   {}\n",
+        files.page.display(),
         files.json.display(),
         files.table.display()
     ));

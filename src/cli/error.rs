@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::budget::ledger::LedgerError;
+use crate::budget::passes::PassError;
 use crate::budget::sweep::SweepError;
 use crate::calibrate::pool::PoolError;
 use crate::formats::FormatError;
@@ -79,6 +80,9 @@ pub enum CliError {
     /// A sweep that cannot be run.
     #[error(transparent)]
     Sweep(#[from] SweepError),
+    /// A pass that tells nothing.
+    #[error(transparent)]
+    Pass(#[from] PassError),
     /// A budget of nothing.
     #[error(
         "--trials: found none, expected a number of trials; the analytic part is not built yet"

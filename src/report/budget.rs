@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::format::ROWS;
 use super::text::ruled_table;
-use super::{ReportError, json};
+use super::{ReportError, html, json};
 use crate::results::{
     BudgetPath, BudgetResult, Interval, PathBudget, PathStatistics, SixFigures, SixValues,
     SourceShare, Sweep, write_whole,
@@ -26,22 +26,27 @@ pub struct WrittenBudget {
     pub table: PathBuf,
     /// `sweep.csv`, where there is a sweep.
     pub sweep: Option<PathBuf>,
+    /// `report.html`.
+    pub page: PathBuf,
 }
 
-/// Writes `result.json`, `budget.csv` and `sweep.csv` into `folder`, each whole or not at all.
+/// Writes `result.json`, `budget.csv`, `report.html` and `sweep.csv` into `folder`, each whole or not at all.
 ///
 /// # Errors
 /// [`ReportError`]; all texts are made before the first is written.
 pub fn write_budget(folder: &Path, result: &BudgetResult) -> Result<WrittenBudget, ReportError> {
     let bytes = to_bytes(result)?;
+    let page = html::budget(result)?;
     let sweep = result.sweep.as_ref();
     let written = WrittenBudget {
         json: folder.join("result.json"),
         table: folder.join("budget.csv"),
         sweep: sweep.map(|_| folder.join("sweep.csv")),
+        page: folder.join("report.html"),
     };
     write_whole(&written.json, &bytes)?;
     write_whole(&written.table, table(result).as_bytes())?;
+    write_whole(&written.page, page.as_bytes())?;
     if let (Some(file), Some(sweep)) = (&written.sweep, sweep) {
         write_whole(file, sweep_table(sweep).as_bytes())?;
     }

@@ -1,6 +1,6 @@
 //! Numbers and names as readers expect them.
 
-use crate::results::{Angles, SixSigmas, SixValues, Status};
+use crate::results::{Angles, SixFigures, SixSigmas, SixValues, Status};
 
 /// One of the six parameters, with what is shown of it.
 pub struct Row {
@@ -64,6 +64,22 @@ pub fn shown_sigmas(s: &SixSigmas) -> [f64; 6] {
     ]
 }
 
+/// Figures in the rows' units.
+pub fn shown_figures(six: &SixFigures) -> [f64; 6] {
+    let [pitch, roll, yaw, x, y, z] = six.in_order();
+    let [x, y, z] = [x, y, z].map(millimetres);
+    [pitch, roll, yaw, x, y, z]
+}
+
+/// Three significant digits.
+pub fn three_digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return "0".to_owned();
+    }
+    let decimals = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.decimals$}")
+}
+
 /// In the rows' order.
 pub fn in_order(v: &SixValues) -> [f64; 6] {
     [v.pitch, v.roll, v.yaw, v.lx, v.ly, v.lz]
@@ -125,6 +141,14 @@ mod tests {
         assert_eq!(
             [0, 999, 1000, 114763, 10000000].map(grouped),
             ["0", "999", "1 000", "114 763", "10 000 000"]
+        );
+    }
+
+    #[test]
+    fn three_digits_count() {
+        assert_eq!(
+            [0.0123456, 123.456, 0.0, -1.0].map(three_digits),
+            ["0.0123", "123", "0", "-1.00"]
         );
     }
 

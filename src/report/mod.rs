@@ -7,12 +7,16 @@ pub mod budget;
 pub mod conventions;
 pub mod html;
 pub mod json;
+pub mod plan;
 pub mod text;
 
+mod budget_headline;
 mod files;
 mod format;
 mod headline;
 
 pub use budget::{WrittenBudget, write_budget};
+pub use budget_headline::headline as budget_headline;
 pub use files::{ReportError, Written, write_all};
 pub use headline::{SIGNIFICANCE, headline};
+pub use plan::{WrittenPlan, write_plan};

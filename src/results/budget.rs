@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{SixValues, Software};
+use super::{SixValues, Software, SwathResult};
 
 /// Version of [`BudgetResult`]'s form.
 pub const BUDGET_FORMAT_VERSION: u32 = 1;
@@ -41,6 +41,12 @@ pub struct BudgetResult {
     /// Scenario values over ranges.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<Sweep>,
+    /// What the calibration means for soundings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub swath: Option<SwathResult>,
+    /// The command that makes the result again.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub command: String,
     /// Sentences that the reader should know.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,

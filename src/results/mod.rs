@@ -8,11 +8,13 @@
 
 mod budget;
 mod comparison;
+mod plan;
 mod pool;
 mod provenance;
 mod quality;
 mod samples;
 mod solution;
+mod swath;
 mod write;
 
 pub use budget::{
@@ -21,6 +23,10 @@ pub use budget::{
     SweepPoint, SweepValue,
 };
 pub use comparison::{Comparison, Difference, ResidualRms};
+pub use plan::{
+    PLAN_FORMAT_VERSION, PlanCandidate, PlanCriterion, PlanResult, PlanStep, PlanVariation,
+    PlanVariations, PlannedPass,
+};
 pub use pool::{Counts, PoolResult, SCHEMA, SensorCounts, Solutions, TargetPose};
 pub use provenance::{InputFile, Provenance, Software};
 pub use quality::{
@@ -33,6 +39,10 @@ pub use samples::{
 pub use solution::{
     Angles, Estimate, ExtraParameter, JointIteration, JointSolution, MountingAngles,
     SequentialIteration, SequentialSolution, SixSigmas, SixValues, Status,
+};
+pub use swath::{
+    CovarianceOrigin, OrderLimit, PathSwath, SwathBeam, SwathDepth, SwathLimits, SwathResult,
+    Uncertainty95,
 };
 pub use write::{WriteError, write_whole};
 

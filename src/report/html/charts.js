@@ -1,7 +1,5 @@
 // Convergence, corrections with error bars, correlations, weak directions.
 
-const INK = { soft: "#5b6b78", line: "#d5dde3" };
-
 // CONVERGENCE
 
 /** A line chart with a logarithmic or linear ordinate. Series: { name, colour, points: [[x, y]] }. */
@@ -29,8 +27,6 @@ function ordinate(low, high, log, at, box, width) {
     svg("line", { x1: box.left, x2: width - box.right, y1: at.y(v), y2: at.y(v), stroke: INK.line }),
     text(box.left - 7, at.y(v) + 4, log ? powerLabel(v) : tickLabel(v, step), { "text-anchor": "end", class: "soft" })]);
 }
-
-function powerLabel(power) { return power >= -3 && power <= 3 ? String(Number((10 ** power).toPrecision(1))) : `1e${power}`; }
 
 function abscissa(last, at, box, height) {
   const step = Math.max(1, Math.ceil(last / 12)), list = [];

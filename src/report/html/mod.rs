@@ -5,11 +5,13 @@
 
 mod payload;
 
-use crate::results::{PoolResult, ReportSamples};
+use crate::results::{BudgetResult, PlanResult, PoolResult, ReportSamples};
+use serde::Serialize;
 
 const TEMPLATE: &str = include_str!("report.html");
 const STYLE: &str = include_str!("report.css");
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 7] = [
+    include_str!("elements.js"),
     include_str!("draw.js"),
     include_str!("view3d.js"),
     include_str!("maps.js"),
@@ -17,6 +19,66 @@ const SCRIPTS: [&str; 6] = [
     include_str!("tables.js"),
     include_str!("main.js"),
 ];
+
+/// Of pages whose sections the scripts make themselves.
+const BARE: &str = include_str!("bare.html");
+const BUDGET: [&str; 6] = [
+    include_str!("elements.js"),
+    include_str!("plots.js"),
+    include_str!("shares.js"),
+    include_str!("curves.js"),
+    include_str!("honesty.js"),
+    include_str!("budget.js"),
+];
+const PLAN: [&str; 3] = [
+    include_str!("elements.js"),
+    include_str!("plots.js"),
+    include_str!("plan.js"),
+];
+
+/// What the scripts of a bare page read.
+#[derive(Serialize)]
+struct Data<'a, R> {
+    headline: &'a str,
+    result: &'a R,
+}
+
+/// `report.html` of an error budget.
+///
+/// # Errors
+/// As [`render`].
+pub fn budget(result: &BudgetResult) -> serde_json::Result<String> {
+    let kind = "error budget of a calibration";
+    let headline = super::budget_headline(result);
+    bare(kind, &result.scenario, &headline, result, &BUDGET)
+}
+
+/// `plan.html`.
+///
+/// # Errors
+/// As [`render`].
+pub fn plan(result: &PlanResult) -> serde_json::Result<String> {
+    let headline = super::plan::verdict(result);
+    bare("survey plan", &result.scenario, &headline, result, &PLAN)
+}
+
+fn bare(
+    kind: &str,
+    title: &str,
+    headline: &str,
+    result: &impl Serialize,
+    scripts: &[&str],
+) -> serde_json::Result<String> {
+    let data = serde_json::to_string(&Data { headline, result })?;
+    let parts = [
+        ("title", text(title)),
+        ("kind", text(kind)),
+        ("style", STYLE.into()),
+        ("data", script(&data)),
+        ("scripts", scripts.join("\n")),
+    ];
+    Ok(fill(BARE, &parts))
+}
 
 /// The page as text.
 ///

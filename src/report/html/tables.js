@@ -1,16 +1,5 @@
 // Tables: solution, conventions, quality, counts, configuration, inputs.
 
-/** A table; a cell that is a string starting with "#" is a number and stands to the right. */
-function table(head, rows) {
-  const cell = (tag, content) => typeof content === "string" && content.startsWith("#") ? el(tag, { class: "n" }, content.slice(1)) : el(tag, {}, content);
-  return el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, head.map(content => cell("th", content)))),
-    el("tbody", {}, rows.map(row => el("tr", {}, row.map(content => cell("td", content)))))));
-}
-
-function number(value) { return `#${value}`; }
-
-function mono(content) { const node = el("span", {}, content); node.className = "mono"; return node; }
-
 // SOLUTION
 
 function statusWords(solution) {

@@ -1,0 +1,117 @@
+// The plan's page: what each pass gains, candidates compared, the courses from above, values compared, tables.
+
+const SIX = ["#2a6fbb", "#e07b00", "#2f9e5f", "#c0392b", "#7d4fb3", "#17a2a8"];
+const WANTED = sixShown(RESULT.wanted);
+const inWanted = six => { const shown = sixShown(six); return shown ? shown.map((v, i) => v / WANTED[i]) : null; };
+const parameterKeys = () => keys(PARAMETERS.map((p, i) => ({ name: p.name, colour: SIX[i], dash: "" })));
+
+function buildHead() {
+  section("version").textContent = RESULT.software.version;
+  section("title").textContent = RESULT.scenario;
+  section("headline").textContent = DATA.headline;
+  const needed = RESULT.passes_needed, chips = [chip(missing(needed) ? "wanted not reached" : `${needed} to sail`, missing(needed) ? "warn" : "good"),
+    chip(`${RESULT.sailed.length} sailed`), chip(`${RESULT.candidates.length} candidates`), chip(`${RESULT.criterion.toUpperCase()}-optimal, greedy`)];
+  section("chips").append(...chips, ...RESULT.unreachable.map(name => chip(`${name}: floor above what is wanted`, "bad")));
+  section("footer").textContent = `${RESULT.software.name} ${RESULT.software.version}. The numbers of this page, in full precision, are in plan.json beside it.`;
+}
+
+// WHAT EACH PASS GAINS
+
+function buildGain() {
+  const begin = RESULT.sailed.length, steps = [...(RESULT.sailed_standard_deviation ? [[begin, inWanted(RESULT.sailed_standard_deviation)]] : []), ...RESULT.chosen.map((step, k) => [begin + k + 1, inWanted(step.standard_deviation)])];
+  if (!steps.length) return;
+  const series = PARAMETERS.map((p, i) => ({ name: p.name, colour: SIX[i], points: steps.map(([n, six]) => [n, six[i]]) }));
+  const floor = inWanted(RESULT.floor), levels = (floor || []).flatMap((f, i) => f > 0.02 ? [{ colour: SIX[i], dash: "3 4", thin: true, dots: false, points: [[steps[0][0], f], [steps[steps.length - 1][0], f]] }] : []);
+  add("gain", "Standard deviations with the number of passes", parameterKeys(),
+    plot({ title: "In units of what is wanted", x: { label: "passes in all", words: null }, y: { label: "sigma by wanted sigma", log: true }, series: [...levels, ...series], marks: [{ y: 1, name: "wanted" }], width: 860, height: 340 }),
+    note("Each pass is the best of the candidates at its place. Dotted: what no number of these passes goes below", floor && floor.every(f => f <= 0.02) ? " (here too low to be drawn)." : "."));
+}
+
+// CANDIDATES
+
+function candidateBars(parameter, i) {
+  const rows = RESULT.candidates.map(c => ({ name: c.pass.name, six: sixShown(c.standard_deviation_if_next) })), chosen = RESULT.chosen.length ? RESULT.chosen[0].candidate : -1;
+  const sailed = sixShown(RESULT.sailed_standard_deviation), width = 380, left = 132, right = 44, row = 17, top = 4, bottom = top + row * rows.length;
+  const values = rows.filter(r => r.six).map(r => r.six[i]), end = 1.05 * Math.max(...values, sailed ? sailed[i] : 0, 1e-12), at = v => left + v / end * (width - left - right);
+  const bars = rows.flatMap((r, k) => [text(left - 6, top + (k + 0.5) * row + 4, r.name.length > 22 ? `${r.name.slice(0, 21)}\u2026` : r.name, { "text-anchor": "end", style: `font-size:11px${k === chosen ? ";font-weight:700" : ""}` }),
+    r.six ? [svg("rect", { x: left, y: top + k * row + 3, width: Math.max(0.5, at(r.six[i]) - left), height: row - 5, fill: SIX[i], "fill-opacity": k === chosen ? 1 : 0.5 }), text(at(r.six[i]) + 4, top + (k + 0.5) * row + 4, short(r.six[i]), { class: "soft", style: "font-size:11px" })]
+      : text(left + 4, top + (k + 0.5) * row + 4, "not seen by both sensors", { class: "soft", style: "font-size:11px" })]);
+  const lines = [[WANTED[i], "#1a7f4b"], ...(sailed ? [[sailed[i], "#5b6b78"]] : [])].filter(([v]) => v <= end).map(([v, colour]) => svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "5 3" }));
+  return el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  sigma, ${parameter.unit}`)), picture(width, bottom + 6, `candidates, ${parameter.name}`, bars, lines));
+}
+
+function buildCandidates() {
+  if (!RESULT.candidates.length) return;
+  add("candidates", "If one of the candidates were sailed next", keys([{ name: "chosen", colour: "#2a6fbb" }, { name: "wanted", colour: "#1a7f4b", dash: "5 3" }, ...(RESULT.sailed_standard_deviation ? [{ name: "with what is sailed", colour: "#5b6b78", dash: "5 3" }] : [])]),
+    el("div", { class: "grid3" }, PARAMETERS.map(candidateBars)));
+}
+
+// COURSES FROM ABOVE
+
+function buildCourses() {
+  const passes = [...RESULT.sailed.map(pass => ({ pass, kind: "sailed" })), ...RESULT.candidates.map((c, k) => ({ pass: c.pass, kind: RESULT.chosen.some(s => s.candidate === k) ? "chosen" : "candidate", times: RESULT.chosen.filter(s => s.candidate === k).length }))];
+  if (!passes.length) return;
+  const colours = { sailed: "#1c2730", chosen: "#0b63a5", candidate: "#b9c4cc" };
+  const faces = RESULT.faces_from_above_m, along = [...faces.flat().map(p => p[0]), ...passes.flatMap(({ pass }) => [pass.from_m, pass.to_m])], far = Math.max(...passes.map(({ pass }) => pass.distance_m));
+  const low = Math.min(...along) - 1, high = Math.max(...along) + 1, behind = Math.max(0.6, ...faces.flat().map(p => p[1])) + 0.4;
+  const size = Math.min(860 / (high - low), 520 / (far + behind + 1.4)), left = 52, top = 12, width = left + (high - low) * size + 150, height = top + (far + behind + 1.2) * size + 34;
+  const at = (y, x) => [left + (y - low) * size, top + (behind - x) * size];
+  const wall = faces.map(face => svg("polygon", { points: face.map(p => at(p[0], p[1]).map(v => v.toFixed(1)).join(",")).join(" "), fill: "#d9c9a8", "fill-opacity": 0.55, stroke: "#8a7443", "stroke-width": 0.8 }));
+  const depth = ticks(0, far, 5).flatMap(d => [svg("line", { x1: left, x2: at(high, 0)[0], y1: at(0, -d)[1], y2: at(0, -d)[1], stroke: INK.line }), text(left - 6, at(0, -d)[1] + 4, short(d), { "text-anchor": "end", class: "soft" })]);
+  const across = ticks(low, high, 8).map(y => text(at(y, 0)[0], height - 20, short(y), { "text-anchor": "middle", class: "soft" }));
+  const groups = {};
+  passes.forEach(one => { const key = one.pass.distance_m; (groups[key] = groups[key] || []).push(one); });
+  const courses = Object.values(groups).flatMap(list => list.sort((a, b) => "candidate chosen sailed".indexOf(a.kind) - "candidate chosen sailed".indexOf(b.kind)).flatMap((one, k) => course(one, k, list.length, at, colours)));
+  add("courses", "The courses from above, before the wall", keys([...(RESULT.sailed.length ? [{ name: "sailed", colour: colours.sailed, dash: "" }] : []), { name: "chosen", colour: colours.chosen, dash: "" }, { name: "other candidates", colour: colours.candidate, dash: "" }]),
+    picture(width, height, "courses from above", depth, wall, courses, across, text((left + at(high, 0)[0]) / 2, height - 3, "Y along the wall, m", { "text-anchor": "middle", class: "soft" }),
+      text(12, height / 2, "distance from the wall, m", { transform: `rotate(-90 12 ${height / 2})`, "text-anchor": "middle", class: "soft" })),
+    note("Passes at the same distance are drawn side by side. Short strokes show the heading where it is not the course."));
+}
+
+function course({ pass, kind, times }, k, count, at, colours) {
+  const [x1, y] = at(pass.from_m, -pass.distance_m), x2 = at(pass.to_m, 0)[0], shift = (k - (count - 1) / 2) * 5, way = Math.sign(x2 - x1), colour = colours[kind], Y = y + shift;
+  const arrow = svg("path", { d: `M${x2} ${Y} l${-8 * way} -3.5 l0 7 Z`, fill: colour }), line = svg("line", { x1, x2: x2 - 5 * way, y1: Y, y2: Y, stroke: colour, "stroke-width": kind === "candidate" ? 1.4 : 2.4 });
+  const turn = -way * pass.crab_deg * Math.PI / 180, middle = (x1 + x2) / 2 + (k - (count - 1) / 2) * 26;
+  const bow = pass.crab_deg ? [svg("line", { x1: middle, y1: Y, x2: middle + 18 * way * Math.cos(turn), y2: Y - 18 * way * Math.sin(turn), stroke: colour, "stroke-width": 2 })] : [];
+  const right = Math.max(x1, x2) + 8, words = times ? [text(right, Y + 4, `${times} x ${pass.speed_m_s} m/s${pass.crab_deg ? `, crab ${pass.crab_deg}` : ""}`, { style: `font-size:10px;fill:${colour}` })] : [];
+  return [svg("g", {}, svg("title", {}, `${kind}: ${pass.name}`), line, arrow, bow, words)];
+}
+
+// VALUES COMPARED
+
+function buildVariations() {
+  const all = RESULT.variations;
+  if (!all) return;
+  const single = all.keys.length === 1, home = add("variations", `The scenario's own passes with other values of ${all.keys.join(" and ")}`);
+  if (single) {
+    const x = abscissae(all.points.map(p => p.values[0])), series = PARAMETERS.map((p, i) => ({ colour: SIX[i], points: all.points.map((point, k) => [x.places[k], point.standard_deviation ? inWanted(point.standard_deviation)[i] : null]) }));
+    home.append(parameterKeys(), plot({ title: "In units of what is wanted", x: { label: all.keys[0], log: x.log, words: x.words }, y: { label: "sigma by wanted sigma", log: true }, series, marks: [{ y: 1, name: "wanted" }], width: 860, height: 340 }));
+  } else {
+    const distinct = k => all.points.map(p => p.values[k]).filter((v, i, list) => list.indexOf(v) === i), rows = distinct(0), columns = distinct(1);
+    const value = i => (r, c) => { const point = all.points.find(p => p.values[0] === rows[r] && p.values[1] === columns[c]); return point && point.standard_deviation ? sixShown(point.standard_deviation)[i] : null; };
+    home.append(el("div", { class: "pairs" }, PARAMETERS.map((p, i) => { const found = rows.flatMap((_, r) => columns.map((_, c) => value(i)(r, c))).filter(v => v > 0); return pairMap({ title: p.name, sub: `sigma, ${p.unit}`, rows, columns, value: value(i), low: Math.min(...found), high: Math.max(...found), names: all.keys }); })));
+  }
+  home.append(note("These cannot be mixed in one survey, so they are compared, not combined."),
+    table([...all.keys.map(number), ...UNITS, ""], all.points.map(p => [...p.values.map(v => number(String(v))), ...cells(p.standard_deviation), p.refusal || ""])));
+}
+
+// TABLES
+
+const UNITS = PARAMETERS.map(p => number(`${p.key}, ${p.unit}`));
+const cells = six => { const shown = sixShown(six); return shown ? shown.map(v => number(short(v))) : PARAMETERS.map(() => number("-")); };
+
+function buildTables() {
+  const pass = p => [p.name, number(`${short(p.from_m)} to ${short(p.to_m)}`)];
+  add("tables", "Standard deviations",
+    table(["with", ...UNITS], [["wanted", ...cells(RESULT.wanted)], [RESULT.sailed.length ? "what is sailed" : "nothing sailed", ...cells(RESULT.sailed_standard_deviation)], ["endless passes (floor)", ...cells(RESULT.floor)]]),
+    RESULT.chosen.length ? [el("h3", {}, "Order to sail"), table([number("#"), "pass", ...UNITS], RESULT.chosen.map((s, k) => [number(String(k + 1)), s.name, ...cells(s.standard_deviation)]))] : [],
+    el("h3", {}, "Candidates, if sailed next"), table([number("#"), "pass", number("Y, m"), number("soundings"), number("returns"), ...UNITS, ""], RESULT.candidates.map((c, k) => [number(String(k + 1)), ...pass(c.pass), number(grouped(c.soundings)), number(grouped(c.returns)), ...cells(c.standard_deviation_if_next), c.refusal || ""])));
+}
+
+function buildEnd() {
+  add("notes", "Notes", el("ul", { class: "weak" }, RESULT.notes.map(words => el("li", {}, words))), RESULT.command ? [el("h3", {}, "Command"), el("pre", {}, RESULT.command)] : []);
+}
+
+[buildHead, buildGain, buildCandidates, buildCourses, buildVariations, buildTables, buildEnd].forEach(build => build());
+
+document.documentElement.dataset.ready = "yes";

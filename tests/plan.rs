@@ -1,0 +1,282 @@
+//! Planning without data, against calibrations of simulated surveys and against itself.
+
+use boresight::budget::fusion::sigmas;
+use boresight::budget::passes::{PassError, predicted};
+use boresight::budget::plan::{Plan, PlanRequest, plan, worth};
+use boresight::budget::planned::planned;
+use boresight::budget::sweep;
+use boresight::budget::trial::{Configuration, trial};
+use boresight::calibrate::pool::JointConfig;
+use boresight::results::PlanCriterion;
+use boresight::simulate::Scenario;
+
+/// A survey that is quickly simulated and calibrated.
+fn thin() -> Scenario {
+    let text = include_str!("../models/scenarios/single-pass-thin.toml");
+    Scenario::from_toml(text).expect("a scenario")
+}
+
+/// Half of [`thin`]'s records again, for plans of many passes.
+fn thinner() -> Scenario {
+    let mut scenario = thin();
+    scenario.trajectory.rate_hz = 10.0;
+    scenario.lidar.line_rate_hz = 5.0;
+    scenario.lidar.points_per_line = 80;
+    scenario.multibeam.ping_rate_hz = 4.0;
+    scenario
+}
+
+/// Mean of what the joint path reports over some seeds.
+fn reported(scenario: &Scenario, seeds: std::ops::Range<u64>) -> [f64; 6] {
+    let count = (seeds.end - seeds.start) as f64;
+    let mut variance = [0.0; 6];
+    for seed in seeds {
+        let joint = trial(scenario, &Configuration::default(), seed).joint;
+        let covariance = joint.expect("a usable joint result").covariance;
+        for (i, v) in variance.iter_mut().enumerate() {
+            *v += covariance[(i, i)] / count;
+        }
+    }
+    variance.map(f64::sqrt)
+}
+
+fn promised(scenario: &Scenario) -> [f64; 6] {
+    sigmas(&predicted(scenario, &JointConfig::default()).expect("a prediction"))
+}
+
+fn within(found: [f64; 6], expected: [f64; 6], part: f64) {
+    let ratio: Vec<f64> = found.iter().zip(&expected).map(|(f, e)| f / e).collect();
+    println!("promised by reported: {ratio:.4?}");
+    assert!(
+        ratio.iter().all(|r| (r - 1.0).abs() < part),
+        "promised {found:?}, reported {expected:?}, ratio {ratio:?}"
+    );
+}
+
+/// One error-free linearisation promises what the adjustment of a survey with all its errors reports. The kernel (Huber, 2 sigmas)
+/// has an efficiency of 0.99 with normal errors, half a per cent of a standard deviation.
+#[test]
+fn one_pass_is_promised_what_it_reports() {
+    within(promised(&thin()), reported(&thin(), 1..6), 0.05);
+}
+
+/// Two passes far enough apart in time that their drift is not the same.
+#[test]
+fn two_passes_are_promised_what_they_report() {
+    let mut scenario = thinner();
+    let mut second = scenario.pass[0].clone();
+    second.gap_s = 600.0;
+    scenario.pass.push(second.clone());
+    within(promised(&scenario), reported(&scenario, 1..4), 0.05);
+    second.distance_m = 9.0;
+    scenario.pass[1] = second;
+    within(promised(&scenario), reported(&scenario, 1..4), 0.05);
+}
+
+fn request() -> PlanRequest {
+    PlanRequest {
+        distances_m: vec![4.5, 6.0, 9.0],
+        speeds_m_s: vec![],
+        crabs_deg: vec![-10.0, 0.0],
+        both_directions: true,
+        keep_passes: true,
+        criterion: PlanCriterion::D,
+        wanted: [1e-4, 1e-4, 1e-4, 1e-3, 1e-3, 1e-3],
+        most: 5,
+    }
+}
+
+fn made(request: &PlanRequest) -> Plan {
+    plan(&thinner(), request, &JointConfig::default(), &|| {}).expect("a plan")
+}
+
+#[test]
+fn the_chosen_pass_is_never_worse_than_any_other_candidate() {
+    let mut first = vec![];
+    for criterion in [PlanCriterion::D, PlanCriterion::A] {
+        let request = PlanRequest {
+            criterion,
+            ..request()
+        };
+        let plan = made(&request);
+        assert_eq!(plan.candidates.len(), 12);
+        let step = &plan.steps[0];
+        let chosen = worth(&step.covariance, &request);
+        for candidate in &plan.candidates {
+            let next = candidate.next.expect("a candidate that sees the wall");
+            assert!(chosen <= worth(&next, &request), "{}", candidate.name);
+        }
+        let best = plan.candidates[step.candidate]
+            .next
+            .expect("the chosen one");
+        assert_eq!(best, step.covariance);
+        // another distance than the scenario's 6 m, as the checks advise
+        assert_ne!(plan.candidates[step.candidate].pass.distance_m, 6.0);
+        first.push(chosen);
+    }
+    // each criterion's own choice is in its own measure
+    assert_ne!(first[0], first[1]);
+}
+
+/// More passes never make anything worse, nothing goes below the floor, and a repeated pass gains at most the square root of 2.
+#[test]
+fn passes_only_help_and_the_floor_holds() {
+    let plan = made(&request());
+    let start = sigmas(&plan.start.expect("a pass is sailed"));
+    let mut before = start;
+    for step in &plan.steps {
+        let now = sigmas(&step.covariance);
+        for i in 0..6 {
+            assert!(now[i] <= before[i] * (1.0 + 1e-9), "parameter {i}");
+            assert!(now[i] >= plan.floor[i], "parameter {i} below its floor");
+        }
+        before = now;
+    }
+    let again = plan
+        .candidates
+        .iter()
+        .find(|c| c.name == "6 m, 0.5 m/s, +Y");
+    let again = sigmas(&again.expect("the same pass").next.expect("seen"));
+    for i in 0..6 {
+        let gain = start[i] / again[i];
+        assert!(
+            (1.0..=std::f64::consts::SQRT_2 + 1e-6).contains(&gain),
+            "{gain}"
+        );
+    }
+}
+
+/// A scanner that is known to 0.02 deg about x and 3 mm forward: ours cannot be known better, however many passes.
+#[test]
+fn nobody_gets_below_what_is_known_of_the_scanner() {
+    let mut scenario = thinner();
+    scenario.lidar.mounting_sigma_deg = [0.02, 0.0, 0.0];
+    scenario.lidar.lever_arm_sigma_m = [0.0, 0.0, 0.003];
+    let request = PlanRequest {
+        both_directions: false,
+        wanted: [1e-4, 1e-3, 1e-3, 5e-3, 5e-3, 5e-3],
+        most: 3,
+        ..request()
+    };
+    let result = planned(&scenario, &request, &[], &JointConfig::default(), &|| {});
+    let result = result.expect("a plan");
+    let floor = result.floor.expect("a floor");
+    assert!(
+        floor.pitch_deg > 0.01 && floor.pitch_deg < 0.021,
+        "{floor:?}"
+    );
+    assert!(floor.lz_m > 0.001 && floor.lz_m < 0.0031, "{floor:?}");
+    assert!(floor.roll_deg < 0.001, "{floor:?}");
+    assert_eq!(result.unreachable, ["pitch"]);
+    assert_eq!(result.passes_needed, None);
+    assert_eq!(result.chosen.len(), 3);
+}
+
+#[test]
+fn the_number_of_passes_is_the_first_that_reaches_what_is_wanted() {
+    let enough = made(&PlanRequest {
+        wanted: [1.0; 6],
+        ..request()
+    });
+    assert_eq!((enough.needed, enough.steps.len()), (Some(0), 0));
+    let all = made(&request());
+    let third = sigmas(&all.steps[2].covariance);
+    let wanted = third.map(|s| s * (1.0 + 1e-9));
+    let plan = made(&PlanRequest {
+        wanted,
+        ..request()
+    });
+    let needed = plan.needed.expect("reached");
+    assert!(needed <= 3, "{needed}");
+    assert_eq!(plan.steps.len(), needed);
+    let from_nothing = made(&PlanRequest {
+        keep_passes: false,
+        ..request()
+    });
+    assert_eq!(from_nothing.start, None);
+    assert_eq!(from_nothing.steps.len(), 5);
+}
+
+/// A candidate that one sensor does not see the wall from is offered with its refusal; a pass that is sailed must be seen.
+#[test]
+fn a_pass_that_sees_nothing_is_refused_with_its_reason() {
+    let mut request = request();
+    request.distances_m = vec![6.0, 80.0];
+    let plan = made(&request);
+    for candidate in &plan.candidates {
+        let far = candidate.pass.distance_m > 70.0;
+        assert_eq!(candidate.information.is_err(), far, "{}", candidate.name);
+        assert_eq!(candidate.next.is_none(), far);
+    }
+    assert!(
+        plan.steps
+            .iter()
+            .all(|s| plan.candidates[s.candidate].next.is_some())
+    );
+    let mut scenario = thinner();
+    scenario.pass[0].distance_m = 80.0;
+    let error = plan_error(&scenario, &request);
+    assert!(!error.to_string().is_empty());
+    scenario.pass[0].speed_m_s = -1.0;
+    let error = plan_error(&scenario, &request).to_string();
+    assert!(error.contains("speed_m_s = -1"), "{error}");
+}
+
+fn plan_error(scenario: &Scenario, request: &PlanRequest) -> PassError {
+    plan(scenario, request, &JointConfig::default(), &|| {}).expect_err("no plan")
+}
+
+/// Common sense that is known beforehand: halved range noise helps, and each value's prediction is that of its own scenario.
+#[test]
+fn scenario_values_are_compared_each_in_its_own_survey() {
+    let vary = ["multibeam.tilt_deg=35,45,55".parse().expect("a sweep")];
+    let points = sweep::points(&thinner(), &vary).expect("points");
+    let request = PlanRequest {
+        distances_m: vec![6.0],
+        crabs_deg: vec![],
+        both_directions: false,
+        most: 1,
+        ..request()
+    };
+    let result = planned(
+        &thinner(),
+        &request,
+        &points,
+        &JointConfig::default(),
+        &|| {},
+    );
+    let variations = result.expect("a plan").variations.expect("variations");
+    assert_eq!(variations.keys, ["multibeam.tilt_deg"]);
+    assert_eq!(variations.points.len(), 3);
+    for ((_, scenario), point) in points.iter().zip(&variations.points) {
+        let six = point.standard_deviation.expect("seen").in_order();
+        let expected = promised(scenario);
+        for i in 0..6 {
+            let expected = if i < 3 {
+                expected[i].to_degrees()
+            } else {
+                expected[i]
+            };
+            assert!((six[i] / expected - 1.0).abs() < 1e-12, "{six:?}");
+        }
+    }
+    let sigma = |k: usize| variations.points[k].standard_deviation.expect("seen");
+    assert_ne!(sigma(0), sigma(2));
+}
+
+/// The same bytes on one thread and on two.
+#[test]
+fn threads_leave_no_trace() {
+    let on = |count: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+        let request = PlanRequest {
+            most: 2,
+            ..request()
+        };
+        pool.expect("a pool").install(|| {
+            let result = planned(&thinner(), &request, &[], &JointConfig::default(), &|| {});
+            serde_json::to_string(&result.expect("a plan")).expect("JSON")
+        })
+    };
+    assert_eq!(on(1), on(2));
+}
