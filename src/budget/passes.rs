@@ -19,15 +19,10 @@ pub enum PassError {
     Simulate(#[from] SimulateError),
     /// One of the sensors does not see the target.
     #[error(
-        "pass at {distance_m} m from {from_m} m to {to_m} m: {soundings} soundings and {returns} laser returns lie on the target; both are needed"
+        "{soundings} soundings and {returns} laser returns would lie on the target, at least {LEAST} of both are needed: it is out of \
+         range, or the boat turns its other side to it"
     )]
     Unseen {
-        /// Distance from the wall.
-        distance_m: f64,
-        /// Begin of the pass along Y.
-        from_m: f64,
-        /// Its end.
-        to_m: f64,
         /// Tied soundings.
         soundings: usize,
         /// Tied returns.
@@ -61,15 +56,13 @@ pub fn information_of(
         pose: &survey.prior,
         mounting: survey.reality.sonar,
     };
-    let information = designed.information(config)??;
+    let unseen = |soundings, returns| PassError::Unseen { soundings, returns };
+    let information = match designed.information(config)? {
+        Err(AdjustError::TooFew { .. }) => return Err(unseen(0, 0)),
+        told => told?,
+    };
     if information.soundings < LEAST || information.returns < LEAST {
-        return Err(PassError::Unseen {
-            distance_m: pass.distance_m,
-            from_m: pass.from_m,
-            to_m: pass.to_m,
-            soundings: information.soundings,
-            returns: information.returns,
-        });
+        return Err(unseen(information.soundings, information.returns));
     }
     Ok(information)
 }

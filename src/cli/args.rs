@@ -374,7 +374,7 @@ pub struct Plan {
     #[arg(long, value_name = "M/S,...", value_delimiter = ',', value_parser = positive)]
     pub speed: Vec<f64>,
     /// Heading minus course of candidate passes, degrees [default: those of the scenario's passes]
-    #[arg(long, value_name = "DEG,...", value_delimiter = ',', value_parser = below_a_right_angle, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG,...", value_delimiter = ',', value_parser = below_a_right_angle, allow_hyphen_values = true)]
     pub crab: Vec<f64>,
     /// Sail every candidate the other way as well
     #[arg(long)]

@@ -179,24 +179,32 @@ fn state(result: &PlanResult) -> String {
     let rows = [
         ("wanted".to_owned(), Some(&result.wanted)),
         (sailed, result.sailed_standard_deviation.as_ref()),
-        ("endless passes".to_owned(), result.floor.as_ref()),
+        ("a million of each".to_owned(), result.floor.as_ref()),
     ];
     let rows = rows.into_iter().map(|(word, six)| (vec![word], six));
     format!("\nStandard deviations\n{}", sigmas(&["with"], rows))
 }
 
 fn candidates(result: &PlanResult) -> String {
-    let row = |(k, c): (usize, &'_ crate::results::PlanCandidate)| {
-        vec![(k + 1).to_string(), c.pass.name.clone()]
-    };
     let all = result.candidates.iter().enumerate();
-    let rows = all.map(|(k, c)| (row((k, c)), c.standard_deviation_if_next.as_ref()));
+    let (told, refused): (Vec<_>, Vec<_>) = all.partition(|(_, c)| c.refusal.is_empty());
+    let rows = told.into_iter().map(|(k, c)| {
+        let words = vec![(k + 1).to_string(), c.pass.name.clone()];
+        (words, c.standard_deviation_if_next.as_ref())
+    });
     let mut text = format!(
         "\nIf one of these were sailed next\n{}",
         sigmas(&["", "pass"], rows)
     );
-    for c in result.candidates.iter().filter(|c| !c.refusal.is_empty()) {
-        let _ = writeln!(text, "{}: {}", c.pass.name, c.refusal);
+    let mut reasons: Vec<(&str, Vec<&str>)> = vec![];
+    for (_, c) in refused {
+        match reasons.iter_mut().find(|(reason, _)| *reason == c.refusal) {
+            Some((_, names)) => names.push(&c.pass.name),
+            None => reasons.push((&c.refusal, vec![&c.pass.name])),
+        }
+    }
+    for (reason, names) in reasons {
+        let _ = writeln!(text, "not offered: {}: {reason}", names.join("; "));
     }
     text
 }

@@ -46,12 +46,14 @@ function buildFigures() {
     interval ? note(`Standard deviations are known to a factor of ${digits(interval.lower, 3)} to ${digits(interval.upper, 3)} (${percent(RESULT.confidence)}, chi-square).`) : "");
 }
 
-function shareRows(path) {
-  return ORIGINS.flatMap(([origin, way]) => path.shares.filter(s => s.origin === origin).map(s => [
-    el("span", {}, titleOf(s.source), s.note ? el("div", {}, el("small", {}, s.note)) : ""), way,
-    ...PARAMETERS.map((p, i) => number([s.standard_deviation ? short(sixShown(s.standard_deviation)[i]) : "-", s.share ? ` (${short(100 * s.share[p.key])} %)` : ""].join(""))),
-    number(s.trials ? `${grouped(s.usable)} of ${grouped(s.trials)}` : "-")]));
+/** Each source's way and what `of` says of it, one row each, sources without any left out. */
+function shareRows(path, of) {
+  return ORIGINS.flatMap(([origin, way]) => path.shares.filter(s => s.origin === origin && of(s)).map(s => [
+    el("span", {}, titleOf(s.source), s.note && s.source !== "nothing" ? el("div", {}, el("small", {}, s.note)) : ""), way, ...of(s).map(v => number(v)), number(s.trials ? `${grouped(s.usable)} of ${grouped(s.trials)}` : "-")]));
 }
+
+const deviations = s => s.standard_deviation ? sixShown(s.standard_deviation).map(short) : null;
+const percents = s => s.share ? PARAMETERS.map(p => digits(100 * s.share[p.key], 1)) : null;
 
 function biasRows(path) {
   return path.shares.filter(s => s.bias && Math.max(...sixShown(s.bias).map(Math.abs)) > 0).map(s => [titleOf(s.source), s.origin.replace("_", " "), ...withError(s.bias, s.bias_standard_error)]);
@@ -60,7 +62,9 @@ function biasRows(path) {
 function buildSourceTables() {
   const paths = RESULT.paths.filter(path => path.shares.length);
   if (!paths.length) return;
-  add("alone", "Source by source", paths.flatMap(path => [el("h3", {}, `${pathName(path)}: standard deviation, and share of the variance`), table(["source", "way", ...UNITS, number("usable")], shareRows(path)),
+  const heads = [["standard deviation", UNITS, deviations], ["share of the variance, %", PARAMETERS.map(p => number(p.key)), percents]];
+  add("alone", "Source by source", paths.flatMap(path => [
+    ...heads.flatMap(([words, columns, of]) => shareRows(path, of).length ? [el("h3", {}, `${pathName(path)}: ${words}`), table(["source", "way", ...columns, number("usable")], shareRows(path, of))] : []),
     ...(biasRows(path).length ? [el("h3", {}, `${pathName(path)}: bias`), table(["source", "way", ...UNITS], biasRows(path))] : [])]));
 }
 

@@ -30,13 +30,13 @@ function swathPlot(limits, k, quantity, title) {
     { colour: BUDGET_PATHS[path.path].colour, points: line(path, "calibration"), dots: false, dash: "2 3", thin: true }]),
   ...(paths.length ? [{ colour: "#6b7883", points: line(paths[0], "sensors"), dots: false, dash: "7 4" }] : [])];
   const highest = Math.max(...series.flatMap(s => s.points.map(p => p[1])));
-  return plot({ title: `${title} at ${short(limits.depth_m)} m`, sub: "95 %, m", x: { label: "beam from the vertical, deg" }, y: { label: "m", log: true }, series, marks: orderLevels(limits, quantity, highest) });
+  return plot({ title: `${title} at ${short(limits.depth_m)} m`, sub: "95 %, m", x: { label: "beam from the vertical, deg" }, y: { label: "m", log: true }, series, marks: orderLevels(limits, quantity, highest), width: 310, height: 250 });
 }
 
 function keptOrders(path) {
   return path.depths.map(depth => {
-    const beams = depth.beams, swath = order => beams.filter(b => b.order === order || (order === "1a" && b.order === "1b")).length, orders = [...new Set(beams.map(b => b.order))];
-    const words = orders.map(order => `${order ? `order ${order}` : "no order"}: ${beams.filter(b => b.order === order).length} of ${swath ? beams.length : 0} beams`);
+    const beams = depth.beams, orders = [...new Set(beams.map(b => b.order))];
+    const words = orders.map(order => `${order ? `order ${order}` : "no order"}: ${beams.filter(b => b.order === order).length} of ${beams.length} beams`);
     return [BUDGET_PATHS[path.path].name, number(short(depth.depth_m)), words.join("; ")];
   });
 }
@@ -48,7 +48,7 @@ function buildSwath() {
   const entries = [...paths.map(p => ({ name: `${BUDGET_PATHS[p.path].name}: total`, colour: BUDGET_PATHS[p.path].colour, dash: "" })),
     { name: "calibration alone", colour: BUDGET_PATHS[paths[0].path].colour, dash: "2 3" }, { name: "INS and sonar alone", colour: "#6b7883", dash: "7 4" }];
   const figures = quantity => swath.limits.map((limits, k) => swathPlot(limits, k, quantity, quantity === "vertical_m" ? "Vertical" : "Horizontal"));
-  add("swath", "What it means for a sounding", keys(entries), el("div", { class: "row3" }, figures("vertical_m"), figures("horizontal_m")),
+  add("swath", "What it means for a sounding", keys(entries), el("div", { class: "row4" }, figures("vertical_m")), el("div", { class: "row4" }, figures("horizontal_m")),
     note(`Limits: ${swath.standard}. Assumed: ${swath.assumptions}. Covariance of the calibration: `, swath.paths.map(p => `${BUDGET_PATHS[p.path].name.toLowerCase()}, ${COVARIANCE_WORDS[p.origin]}`).join("; "), "."),
     table(["calibration by", number("depth, m"), "strictest order kept"], paths.flatMap(keptOrders)));
 }
@@ -91,7 +91,7 @@ function sweepMaps(sweep) {
 function buildSweep() {
   const sweep = RESULT.sweep;
   if (!sweep) return;
-  const single = sweep.keys.length === 1, lost = sweep.points.flatMap(p => p.paths.filter(s => s.usable < s.trials).map(s => `${p.values.join(", ")}: ${BUDGET_PATHS[s.path].name.toLowerCase()} ${s.trials - s.usable}`));
+  const single = sweep.keys.length === 1, lost = sweep.points.flatMap(p => p.refusals.map(r => `${p.values.join(", ")}: ${BUDGET_PATHS[r.path].name.toLowerCase()} ${r.count} (${r.example})`));
   add("sweep", `How it changes with ${sweep.keys.join(" and ")}`, single ? keys(SWEEP_LINES) : note("Colours of a parameter have the same scale for both paths, logarithmic."),
     el("div", { class: single ? "grid3" : "pairs" }, single ? sweepCurves(sweep) : sweepMaps(sweep)),
     note(`${sweep.trials} trials at each point, under the same seeds, so that differences are not noise.`, lost.length ? ` Trials without a usable result: ${lost.join("; ")}.` : ""));

@@ -29,13 +29,29 @@ function buildGain() {
 
 // CANDIDATES
 
+const OFFERED = RESULT.candidates.map((c, k) => ({ pass: c.pass, six: sixShown(c.standard_deviation_if_next), k })).filter(c => c.six);
+const differ = of => new Set(RESULT.candidates.map(c => of(c.pass))).size > 1;
+
+/** Only what tells the candidates apart. */
+function shortName(pass) {
+  return [`${short(pass.distance_m)} m`, differ(p => p.speed_m_s) ? `${short(pass.speed_m_s)} m/s` : "", differ(p => Math.sign(p.to_m - p.from_m)) && OFFERED.some(c => c.pass.to_m < c.pass.from_m) ? (pass.to_m > pass.from_m ? "+Y" : "-Y") : "",
+    pass.crab_deg ? `crab ${short(pass.crab_deg)}` : ""].filter(part => part).join(", ");
+}
+
+/** Candidates without figures, by their reason. */
+function notOffered() {
+  const reasons = {};
+  RESULT.candidates.filter(c => c.refusal).forEach(c => (reasons[c.refusal] = reasons[c.refusal] || []).push(c.pass.name));
+  return Object.entries(reasons).map(([reason, names]) => note(`Not offered: ${names.join("; ")}: ${reason}.`));
+}
+
 function candidateBars(parameter, i) {
-  const rows = RESULT.candidates.map(c => ({ name: c.pass.name, six: sixShown(c.standard_deviation_if_next) })), chosen = RESULT.chosen.length ? RESULT.chosen[0].candidate : -1;
-  const sailed = sixShown(RESULT.sailed_standard_deviation), width = 380, left = 132, right = 44, row = 17, top = 4, bottom = top + row * rows.length;
+  const rows = OFFERED.map(({ pass, six, k }) => ({ name: shortName(pass), six, k })), chosen = RESULT.chosen.length ? RESULT.chosen[0].candidate : -1;
+  const sailed = sixShown(RESULT.sailed_standard_deviation), width = 380, left = Math.max(60, 6.3 * Math.max(...rows.map(r => r.name.length)) + 10), right = 44, row = 17, top = 4, bottom = top + row * rows.length;
   const values = rows.filter(r => r.six).map(r => r.six[i]), end = 1.05 * Math.max(...values, sailed ? sailed[i] : 0, 1e-12), at = v => left + v / end * (width - left - right);
-  const bars = rows.flatMap((r, k) => [text(left - 6, top + (k + 0.5) * row + 4, r.name.length > 22 ? `${r.name.slice(0, 21)}\u2026` : r.name, { "text-anchor": "end", style: `font-size:11px${k === chosen ? ";font-weight:700" : ""}` }),
-    r.six ? [svg("rect", { x: left, y: top + k * row + 3, width: Math.max(0.5, at(r.six[i]) - left), height: row - 5, fill: SIX[i], "fill-opacity": k === chosen ? 1 : 0.5 }), text(at(r.six[i]) + 4, top + (k + 0.5) * row + 4, short(r.six[i]), { class: "soft", style: "font-size:11px" })]
-      : text(left + 4, top + (k + 0.5) * row + 4, "not seen by both sensors", { class: "soft", style: "font-size:11px" })]);
+  const bars = rows.flatMap((r, k) => [text(left - 6, top + (k + 0.5) * row + 4, r.name, { "text-anchor": "end", style: `font-size:11px${r.k === chosen ? ";font-weight:700" : ""}` }),
+    svg("rect", { x: left, y: top + k * row + 3, width: Math.max(0.5, at(r.six[i]) - left), height: row - 5, fill: SIX[i], "fill-opacity": r.k === chosen ? 1 : 0.5 }),
+    text(at(r.six[i]) + 4, top + (k + 0.5) * row + 4, short(r.six[i]), { class: "soft", style: "font-size:11px" })]);
   const lines = [[WANTED[i], "#1a7f4b"], ...(sailed ? [[sailed[i], "#5b6b78"]] : [])].filter(([v]) => v <= end).map(([v, colour]) => svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "5 3" }));
   return el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  sigma, ${parameter.unit}`)), picture(width, bottom + 6, `candidates, ${parameter.name}`, bars, lines));
 }
@@ -43,38 +59,42 @@ function candidateBars(parameter, i) {
 function buildCandidates() {
   if (!RESULT.candidates.length) return;
   add("candidates", "If one of the candidates were sailed next", keys([{ name: "chosen", colour: "#2a6fbb" }, { name: "wanted", colour: "#1a7f4b", dash: "5 3" }, ...(RESULT.sailed_standard_deviation ? [{ name: "with what is sailed", colour: "#5b6b78", dash: "5 3" }] : [])]),
-    el("div", { class: "grid3" }, PARAMETERS.map(candidateBars)));
+    OFFERED.length ? el("div", { class: "grid3" }, PARAMETERS.map(candidateBars)) : [], notOffered());
 }
 
 // COURSES FROM ABOVE
 
+/** Seen from above with the wall at the top, the target's +Y runs to the left. */
 function buildCourses() {
-  const passes = [...RESULT.sailed.map(pass => ({ pass, kind: "sailed" })), ...RESULT.candidates.map((c, k) => ({ pass: c.pass, kind: RESULT.chosen.some(s => s.candidate === k) ? "chosen" : "candidate", times: RESULT.chosen.filter(s => s.candidate === k).length }))];
+  const passes = [...RESULT.sailed.map(pass => ({ pass, kind: "sailed" })), ...RESULT.candidates.map((c, k) => ({ refusal: c.refusal, pass: c.pass, kind: RESULT.chosen.some(s => s.candidate === k) ? "chosen" : "candidate", times: RESULT.chosen.filter(s => s.candidate === k).length })).filter(c => !c.refusal)];
   if (!passes.length) return;
   const colours = { sailed: "#1c2730", chosen: "#0b63a5", candidate: "#b9c4cc" };
   const faces = RESULT.faces_from_above_m, along = [...faces.flat().map(p => p[0]), ...passes.flatMap(({ pass }) => [pass.from_m, pass.to_m])], far = Math.max(...passes.map(({ pass }) => pass.distance_m));
   const low = Math.min(...along) - 1, high = Math.max(...along) + 1, behind = Math.max(0.6, ...faces.flat().map(p => p[1])) + 0.4;
   const size = Math.min(860 / (high - low), 520 / (far + behind + 1.4)), left = 52, top = 12, width = left + (high - low) * size + 150, height = top + (far + behind + 1.2) * size + 34;
-  const at = (y, x) => [left + (y - low) * size, top + (behind - x) * size];
+  const at = (y, x) => [left + (high - y) * size, top + (behind - x) * size];
   const wall = faces.map(face => svg("polygon", { points: face.map(p => at(p[0], p[1]).map(v => v.toFixed(1)).join(",")).join(" "), fill: "#d9c9a8", "fill-opacity": 0.55, stroke: "#8a7443", "stroke-width": 0.8 }));
-  const depth = ticks(0, far, 5).flatMap(d => [svg("line", { x1: left, x2: at(high, 0)[0], y1: at(0, -d)[1], y2: at(0, -d)[1], stroke: INK.line }), text(left - 6, at(0, -d)[1] + 4, short(d), { "text-anchor": "end", class: "soft" })]);
+  const depth = ticks(0, far, 5).flatMap(d => [svg("line", { x1: left, x2: at(low, 0)[0], y1: at(0, -d)[1], y2: at(0, -d)[1], stroke: INK.line }), text(left - 6, at(0, -d)[1] + 4, short(d), { "text-anchor": "end", class: "soft" })]);
   const across = ticks(low, high, 8).map(y => text(at(y, 0)[0], height - 20, short(y), { "text-anchor": "middle", class: "soft" }));
   const groups = {};
   passes.forEach(one => { const key = one.pass.distance_m; (groups[key] = groups[key] || []).push(one); });
   const courses = Object.values(groups).flatMap(list => list.sort((a, b) => "candidate chosen sailed".indexOf(a.kind) - "candidate chosen sailed".indexOf(b.kind)).flatMap((one, k) => course(one, k, list.length, at, colours)));
+  const counted = Object.values(groups).flatMap(list => {
+    const chosen = list.filter(one => one.times), words = chosen.map(one => `${one.times} x ${shortName(one.pass).replace(/^[^,]*,? ?/, "") || "straight"}`);
+    return words.map((word, k) => text(at(low, 0)[0] + 6, at(0, -list[0].pass.distance_m)[1] + 4 + 13 * (k - (words.length - 1) / 2), word, { style: `font-size:11px;fill:${colours.chosen}` }));
+  });
   add("courses", "The courses from above, before the wall", keys([...(RESULT.sailed.length ? [{ name: "sailed", colour: colours.sailed, dash: "" }] : []), { name: "chosen", colour: colours.chosen, dash: "" }, { name: "other candidates", colour: colours.candidate, dash: "" }]),
-    picture(width, height, "courses from above", depth, wall, courses, across, text((left + at(high, 0)[0]) / 2, height - 3, "Y along the wall, m", { "text-anchor": "middle", class: "soft" }),
+    picture(width, height, "courses from above", depth, wall, courses, counted, across, text((left + at(low, 0)[0]) / 2, height - 3, "Y along the wall, m", { "text-anchor": "middle", class: "soft" }),
       text(12, height / 2, "distance from the wall, m", { transform: `rotate(-90 12 ${height / 2})`, "text-anchor": "middle", class: "soft" })),
     note("Passes at the same distance are drawn side by side. Short strokes show the heading where it is not the course."));
 }
 
-function course({ pass, kind, times }, k, count, at, colours) {
-  const [x1, y] = at(pass.from_m, -pass.distance_m), x2 = at(pass.to_m, 0)[0], shift = (k - (count - 1) / 2) * 5, way = Math.sign(x2 - x1), colour = colours[kind], Y = y + shift;
+function course({ pass, kind }, k, count, at, colours) {
+  const [x1, y] = at(pass.from_m, -pass.distance_m), x2 = at(pass.to_m, 0)[0], shift = (k - (count - 1) / 2) * 7, way = Math.sign(x2 - x1), colour = colours[kind], Y = y + shift;
   const arrow = svg("path", { d: `M${x2} ${Y} l${-8 * way} -3.5 l0 7 Z`, fill: colour }), line = svg("line", { x1, x2: x2 - 5 * way, y1: Y, y2: Y, stroke: colour, "stroke-width": kind === "candidate" ? 1.4 : 2.4 });
-  const turn = -way * pass.crab_deg * Math.PI / 180, middle = (x1 + x2) / 2 + (k - (count - 1) / 2) * 26;
-  const bow = pass.crab_deg ? [svg("line", { x1: middle, y1: Y, x2: middle + 18 * way * Math.cos(turn), y2: Y - 18 * way * Math.sin(turn), stroke: colour, "stroke-width": 2 })] : [];
-  const right = Math.max(x1, x2) + 8, words = times ? [text(right, Y + 4, `${times} x ${pass.speed_m_s} m/s${pass.crab_deg ? `, crab ${pass.crab_deg}` : ""}`, { style: `font-size:10px;fill:${colour}` })] : [];
-  return [svg("g", {}, svg("title", {}, `${kind}: ${pass.name}`), line, arrow, bow, words)];
+  const turn = pass.crab_deg * Math.PI / 180, middle = (x1 + x2) / 2 + (k - (count - 1) / 2) * 26;
+  const bow = pass.crab_deg ? [svg("line", { x1: middle, y1: Y, x2: middle + 18 * way * Math.cos(turn), y2: Y + 18 * way * Math.sin(turn), stroke: colour, "stroke-width": 2 })] : [];
+  return [svg("g", {}, svg("title", {}, `${kind}: ${pass.name}`), line, arrow, bow)];
 }
 
 // VALUES COMPARED
@@ -103,7 +123,7 @@ const cells = six => { const shown = sixShown(six); return shown ? shown.map(v =
 function buildTables() {
   const pass = p => [p.name, number(`${short(p.from_m)} to ${short(p.to_m)}`)];
   add("tables", "Standard deviations",
-    table(["with", ...UNITS], [["wanted", ...cells(RESULT.wanted)], [RESULT.sailed.length ? "what is sailed" : "nothing sailed", ...cells(RESULT.sailed_standard_deviation)], ["endless passes (floor)", ...cells(RESULT.floor)]]),
+    table(["with", ...UNITS], [["wanted", ...cells(RESULT.wanted)], [RESULT.sailed.length ? "what is sailed" : "nothing sailed", ...cells(RESULT.sailed_standard_deviation)], ["a million of each (floor)", ...cells(RESULT.floor)]]),
     RESULT.chosen.length ? [el("h3", {}, "Order to sail"), table([number("#"), "pass", ...UNITS], RESULT.chosen.map((s, k) => [number(String(k + 1)), s.name, ...cells(s.standard_deviation)]))] : [],
     el("h3", {}, "Candidates, if sailed next"), table([number("#"), "pass", number("Y, m"), number("soundings"), number("returns"), ...UNITS, ""], RESULT.candidates.map((c, k) => [number(String(k + 1)), ...pass(c.pass), number(grouped(c.soundings)), number(grouped(c.returns)), ...cells(c.standard_deviation_if_next), c.refusal || ""])));
 }

@@ -70,7 +70,7 @@ function plot({ title, sub, x, y, series, marks = [], width = 380, height = 260 
   if (!seen.length) return el("figure", {}, head, note("nothing to show"));
   const flat = seen.flatMap(s => s.points), across = scale(flat.map(p => p[0]), x.log, box.left, width - box.right, 6);
   const up = scale([...flat.map(p => p[1]), ...marks.map(m => m.y), ...(y.also || [])], y.log, height - box.bottom, box.top, 5);
-  const parts = [...frame(box, width, height, x, y, across, up), ...marks.map(m => level(m, up, box, width))];
+  const parts = [...frame(box, width, height, x, y, across, up), ...levels(marks, up, box, width)];
   return el("figure", {}, head, picture(width, height, title, parts, seen.map(s => curve(s, across, up))));
 }
 
@@ -85,9 +85,16 @@ function frame(box, width, height, x, y, across, up) {
     text((box.left + width - box.right) / 2, height - 6, x.label, { "text-anchor": "middle", class: "soft" })];
 }
 
-function level(mark, up, box, width) {
-  return [svg("line", { x1: box.left, x2: width - box.right, y1: up.at(mark.y), y2: up.at(mark.y), stroke: mark.colour || "#1a7f4b", "stroke-width": 1.3, "stroke-dasharray": "6 3" }),
-    text(width - box.right - 2, up.at(mark.y) - 4, mark.name, { "text-anchor": "end", style: `fill:${mark.colour || "#1a7f4b"};font-size:11px` })];
+/** Level lines with their names; a name that would cover the one before it stands further to the left. */
+function levels(marks, up, box, width) {
+  let before = null, shift = 0;
+  return [...marks].sort((a, b) => a.y - b.y).flatMap(mark => {
+    const y = up.at(mark.y), colour = mark.colour || "#1a7f4b";
+    shift = before !== null && before - y < 13 ? shift + 92 : 0;
+    before = y;
+    return [svg("line", { x1: box.left, x2: width - box.right, y1: y, y2: y, stroke: colour, "stroke-width": 1.3, "stroke-dasharray": "6 3" }),
+      text(width - box.right - 2 - shift, y - 4, mark.name, { "text-anchor": "end", style: `fill:${colour};font-size:11px` })];
+  });
 }
 
 function curve(s, across, up) {
