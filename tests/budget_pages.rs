@@ -86,7 +86,8 @@ fn swath() -> Value {
             "order": if a.abs() > 60.0 { Value::Null } else { json!("Special") }})
     };
     let beams: Vec<Value> = (-7..=7).map(|k| beam(f64::from(k) * 10.0)).collect();
-    let path = |name: &str| json!({"path": name, "origin": "reported", "covariance": [[0.0; 6]; 6], "depths": [{"depth_m": 10.0, "beams": beams}, {"depth_m": 50.0, "beams": beams}]});
+    let zeros = [[0.0; 6]; 6];
+    let path = |name: &str| json!({"path": name, "origin": "reported", "covariance": zeros, "depths": [{"depth_m": 10.0, "beams": beams}, {"depth_m": 50.0, "beams": beams}]});
     let limits = |d: f64| {
         json!({"depth_m": d, "orders": [{"order": "Exclusive", "horizontal_m": 1.0, "vertical_m": 0.15}, {"order": "1a", "horizontal_m": 5.5, "vertical_m": 0.52},
             {"order": "1b", "horizontal_m": 5.5, "vertical_m": 0.52}]})
@@ -95,10 +96,11 @@ fn swath() -> Value {
 }
 
 fn whole() -> Value {
+    let sources = ["position_drift", "sonar_range", "sonar_angle", "heading"].map(source);
     json!({
         "format_version": 1, "scenario": "a scenario", "scenario_sha256": "00", "software": {"name": "boresight", "version": "0.0.0"},
         "first_seed": 1, "trials": 200, "single_trials": 50, "confidence": 0.95, "configuration": {"joint": {}},
-        "sources": ["position_drift", "sonar_range", "sonar_angle", "heading"].map(source),
+        "sources": sources,
         "paths": [path("joint", 1.0), path("sequential", 6.0), path("sequential_projected", 5.0)],
         "refusals": [{"path": "sequential", "code": "out", "count": 2, "seeds": [3, 9], "example": "out of passes"}],
         "sweep": sweep(&["trajectory.position_drift_sigma_m"]), "swath": swath(), "command": "boresight budget a.toml --trials 200",

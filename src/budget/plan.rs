@@ -205,6 +205,9 @@ pub fn candidates(scenario: &Scenario, request: &PlanRequest) -> Vec<Pass> {
 fn greedy(sailed: &Fusion, candidates: &[Candidate], request: &PlanRequest) -> Vec<Step> {
     let mut here = sailed.clone();
     let mut steps: Vec<Step> = vec![];
+    if sailed.passes > 0 && reached(&sailed.covariance(), request) {
+        return steps;
+    }
     while steps.len() < request.most
         && !steps
             .last()

@@ -56,7 +56,7 @@ const deviations = s => s.standard_deviation ? sixShown(s.standard_deviation).ma
 const percents = s => s.share ? PARAMETERS.map(p => digits(100 * s.share[p.key], 1)) : null;
 
 function biasRows(path) {
-  return path.shares.filter(s => s.bias && Math.max(...sixShown(s.bias).map(Math.abs)) > 0).map(s => [titleOf(s.source), s.origin.replace("_", " "), ...withError(s.bias, s.bias_standard_error)]);
+  return path.shares.filter(s => s.bias && Math.max(...sixShown(s.bias).map(Math.abs)) > 0).map(s => [titleOf(s.source), ORIGINS.find(o => o[0] === s.origin)[1], ...withError(s.bias, s.bias_standard_error)]);
 }
 
 function buildSourceTables() {

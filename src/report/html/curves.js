@@ -84,7 +84,7 @@ function sweepMaps(sweep) {
   };
   return PARAMETERS.flatMap((parameter, i) => {
     const paths = ["joint", "sequential"], values = paths.flatMap(path => rows.flatMap((_, r) => columns.map((_, c) => at(path, i)(r, c)))).filter(v => v > 0);
-    return paths.map(path => pairMap({ title: `${parameter.name}, ${BUDGET_PATHS[path].name.toLowerCase()}`, sub: `RMS error, ${parameter.unit}`, rows, columns, value: at(path, i), low: Math.min(...values), high: Math.max(...values), names: sweep.keys }));
+    return paths.map(path => pairMap({ title: `${parameter.name}, ${BUDGET_PATHS[path].name.toLowerCase()}`, sub: `RMS error, ${parameter.unit}`, rows, columns, value: at(path, i), low: Math.min(...values), high: Math.max(...values), name: sweep.keys[1] }));
   });
 }
 
@@ -92,7 +92,7 @@ function buildSweep() {
   const sweep = RESULT.sweep;
   if (!sweep) return;
   const single = sweep.keys.length === 1, lost = sweep.points.flatMap(p => p.refusals.map(r => `${p.values.join(", ")}: ${BUDGET_PATHS[r.path].name.toLowerCase()} ${r.count} (${r.example})`));
-  add("sweep", `How it changes with ${sweep.keys.join(" and ")}`, single ? keys(SWEEP_LINES) : note("Colours of a parameter have the same scale for both paths, logarithmic."),
+  add("sweep", `How it changes with ${sweep.keys.join(" and ")}`, single ? keys(SWEEP_LINES) : note(`Rows: ${sweep.keys[0]}; columns: ${sweep.keys[1]}. Colours of a parameter have the same scale for both paths, logarithmic.`),
     el("div", { class: single ? "grid3" : "pairs" }, single ? sweepCurves(sweep) : sweepMaps(sweep)),
     note(`${sweep.trials} trials at each point, under the same seeds, so that differences are not noise.`, lost.length ? ` Trials without a usable result: ${lost.join("; ")}.` : ""));
 }

@@ -109,7 +109,7 @@ function buildVariations() {
   } else {
     const distinct = k => all.points.map(p => p.values[k]).filter((v, i, list) => list.indexOf(v) === i), rows = distinct(0), columns = distinct(1);
     const value = i => (r, c) => { const point = all.points.find(p => p.values[0] === rows[r] && p.values[1] === columns[c]); return point && point.standard_deviation ? sixShown(point.standard_deviation)[i] : null; };
-    home.append(el("div", { class: "pairs" }, PARAMETERS.map((p, i) => { const found = rows.flatMap((_, r) => columns.map((_, c) => value(i)(r, c))).filter(v => v > 0); return pairMap({ title: p.name, sub: `sigma, ${p.unit}`, rows, columns, value: value(i), low: Math.min(...found), high: Math.max(...found), names: all.keys }); })));
+    home.append(note(`Rows: ${all.keys[0]}; columns: ${all.keys[1]}.`), el("div", { class: "grid3" }, PARAMETERS.map((p, i) => { const found = rows.flatMap((_, r) => columns.map((_, c) => value(i)(r, c))).filter(v => v > 0); return pairMap({ title: p.name, sub: `sigma, ${p.unit}`, rows, columns, value: value(i), low: Math.min(...found), high: Math.max(...found), name: all.keys[1] }); })));
   }
   home.append(note("These cannot be mixed in one survey, so they are compared, not combined."),
     table([...all.keys.map(number), ...UNITS, ""], all.points.map(p => [...p.values.map(v => number(String(v))), ...cells(p.standard_deviation), p.refusal || ""])));

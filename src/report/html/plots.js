@@ -64,7 +64,7 @@ function logTicks(low, high, count) {
 
 /** A plot of curves. x, y: { label, log, words }; series: { name, colour, dash, points, dots }; marks: level lines { y, name }. */
 function plot({ title, sub, x, y, series, marks = [], width = 380, height = 260 }) {
-  const box = { left: 56, right: 14, top: 12, bottom: 42 };
+  const box = { left: 62, right: 14, top: 12, bottom: 42 };
   const seen = series.map(s => ({ ...s, points: s.points.filter(p => !missing(p[0]) && !missing(p[1]) && (!y.log || p[1] > 0)) })).filter(s => s.points.length);
   const head = el("h3", {}, title, sub ? el("small", {}, `  ${sub}`) : "");
   if (!seen.length) return el("figure", {}, head, note("nothing to show"));
@@ -119,8 +119,8 @@ function shade(part) {
 }
 
 /** A heat map over two keys; value(row, column) in the unit shown, coloured by its logarithm between two ends. */
-function pairMap({ title, sub, rows, columns, value, low, high, names }) {
-  const cell = { width: Math.max(44, Math.min(70, 300 / columns.length)), height: 30 }, left = 78, top = 8, width = left + cell.width * columns.length + 4, height = top + cell.height * rows.length + 44;
+function pairMap({ title, sub, rows, columns, value, low, high, name }) {
+  const cell = { width: Math.max(44, Math.min(70, 300 / columns.length)), height: 30 }, left = 6.5 * Math.max(3, ...rows.map(row => String(row).length)) + 10, top = 8, width = left + cell.width * columns.length + 4, height = top + cell.height * rows.length + 44;
   const cells = rows.flatMap((row, i) => columns.flatMap((column, j) => {
     const v = value(i, j), part = missing(v) || !(v > 0) ? null : high > low ? Math.log(v / low) / Math.log(high / low) : 0.3;
     return [svg("rect", { x: left + j * cell.width, y: top + i * cell.height, width: cell.width - 1.5, height: cell.height - 1.5, fill: part === null ? "#e8e8e8" : css(shade(part)) }),
@@ -129,7 +129,6 @@ function pairMap({ title, sub, rows, columns, value, low, high, names }) {
   const bottom = top + cell.height * rows.length;
   const labels = [...rows.map((row, i) => text(left - 6, top + (i + 0.5) * cell.height + 4, String(row), { "text-anchor": "end", class: "soft" })),
     ...columns.map((column, j) => text(left + (j + 0.5) * cell.width, bottom + 15, String(column), { "text-anchor": "middle", class: "soft" })),
-    text(left + cell.width * columns.length / 2, bottom + 34, names[1], { "text-anchor": "middle", class: "soft" }),
-    text(12, top + cell.height * rows.length / 2, names[0].split(".").pop(), { transform: `rotate(-90 12 ${top + cell.height * rows.length / 2})`, "text-anchor": "middle", class: "soft" })];
+    text(left + cell.width * columns.length / 2, bottom + 34, name, { "text-anchor": "middle", class: "soft" })];
   return el("figure", {}, el("h3", {}, title, el("small", {}, `  ${sub || ""}`)), picture(width, height, title, cells, labels));
 }
