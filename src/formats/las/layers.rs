@@ -11,7 +11,7 @@ use crate::formats::error::{FaultKind, FormatError, Place};
 /// Chunk size that stands for chunks of their own sizes.
 const VARIABLE: u32 = u32::MAX;
 
-/// What the LASzip record says of the compressed points.
+/// What the `LASzip` record says of the compressed points.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Compression {
     /// 1 point by point, 2 in chunks, 3 in chunks of layers.
@@ -28,7 +28,7 @@ impl Compression {
         self.compressor >= 2
     }
 
-    /// From the data of a LASzip record; missing bytes count as 0.
+    /// From the data of a `LASzip` record; missing bytes count as 0.
     pub fn parse(data: &[u8]) -> Self {
         let u16 = |at: usize| {
             data.get(at..at + 2)
