@@ -7,10 +7,12 @@
 //! | [`ledger`] | the file of trials |
 //! | [`experiment`] | which trials are run, on all cores, interrupted and gone on with |
 //! | [`statistics`] | what the trials say of each path |
+//! | [`interaction`] | what the sources do to each other |
 //! | [`sweep`] | one or two scenario values over ranges |
 //! | [`summary`] | the trials as `result.json` |
 
 pub mod experiment;
+pub mod interaction;
 pub mod ledger;
 pub mod sources;
 pub mod statistics;
