@@ -107,6 +107,7 @@ fn tie_points(bencher: Bencher) {
     let patches = Patches::new(&target, Water::Below, 0.0, &[origin]);
     let gate = Gate {
         sigmas: 5.0,
+        largest_sigma_m: 0.02,
         margin_m: 0.04,
     };
     let points: Vec<Vector3<f64>> = (0..10_000u32)

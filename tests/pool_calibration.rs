@@ -1,10 +1,13 @@
 //! The pool calibration in memory, on simulated surveys: honesty of the reported uncertainty, and what must be refused.
 
+use boresight::calibrate::pool::sequential::SequentialError;
 use boresight::calibrate::pool::verdict::Refusal;
-use boresight::calibrate::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
+use boresight::calibrate::pool::{
+    JointConfig, Method, PoolInput, Scene, SequentialConfig, calibrate,
+};
 use boresight::geometry::ellipsoid::TargetPose;
 use boresight::geometry::rotation;
-use boresight::observe::Campaign;
+use boresight::observe::{Campaign, LaserScan};
 use boresight::simulate::{Scenario, Simulated, simulate};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -129,4 +132,62 @@ fn a_plain_wall_is_refused_naming_what_only_motion_determines() {
             .any(|p| p.starts_with("roll") || p.starts_with("lx")),
         "{parameters:?}"
     );
+}
+
+/// The reference path alone, on a survey whose scanner never saw the column at +Y.
+#[test]
+fn a_plane_that_the_scanner_did_not_see_is_named() {
+    let s = survey(1);
+    let scene = Scene::prepare(&s.campaign, &s.target, &s.prior).expect("a scene");
+    let seen: Vec<usize> = (0..s.campaign.laser.len())
+        .filter(|&j| scene.laser_point(j).is_some_and(|(p, _)| p.y < 3.9))
+        .collect();
+    let mut campaign = s.campaign.clone();
+    let kept = |column: &[f64]| seen.iter().map(|&j| column[j]).collect();
+    campaign.laser = LaserScan {
+        time_s: kept(&s.campaign.laser.time_s),
+        x_m: kept(&s.campaign.laser.x_m),
+        y_m: kept(&s.campaign.laser.y_m),
+        z_m: kept(&s.campaign.laser.z_m),
+        ..campaign.laser
+    };
+    let (sequential, joint) = (SequentialConfig::default(), JointConfig::default());
+    let input = PoolInput {
+        campaign: &campaign,
+        target: &s.target,
+        prior: &s.prior,
+        method: Method::Sequential,
+        sequential: &sequential,
+        joint: &joint,
+        seed: 1,
+    };
+    let outcome = calibrate(&input, &|_| {}).expect("input that can be worked with");
+    let missing = SequentialError::NoScannerPlane { plane: "P3" };
+    let Some(Refusal::Sequential { message }) = &outcome.refusal else {
+        panic!("{:?}", outcome.refusal);
+    };
+    assert_eq!(message, &missing.to_string());
+    assert_eq!(outcome.sequential.map(|s| s.err()), Some(Some(missing)));
+}
+
+/// An engine that cannot go on (here: a drift without correlation time) is a refusal with a result, not a fault of the input.
+#[test]
+fn an_adjustment_that_fails_is_a_result_with_the_reason() {
+    let s = survey(1);
+    let mut campaign = s.campaign.clone();
+    campaign.trajectory.noise.drift_correlation_time_s = 0.0;
+    let found = run(&s, &campaign, &s.prior);
+    let Err(Refusal::NotSolved { how }) = found else {
+        panic!("{found:?}");
+    };
+    assert!(how.contains("correlation"), "{how}");
+}
+
+/// The two surveys of the first thousand that a limit of four sigmas refused although their scanner is good.
+#[test]
+fn a_good_scanner_under_a_rare_drift_is_not_refused() {
+    for seed in [503, 770] {
+        let s = survey(seed);
+        assert!(run(&s, &s.campaign, &s.prior).is_ok(), "seed {seed}");
+    }
 }

@@ -316,7 +316,7 @@ fn every_key_takes_effect() {
     );
     let path = folder.path().join("survey.toml");
     let more = "along_angle_sigma_deg = 0.2\n[sequential]\nvariant = \"projected\"\nrepeated = true\nthreshold_deg = 0.1\nmax_passes = 7\n\
-        [joint]\nplanes = \"fixed\"\ndrift = \"off\"\nkernel = \"geman-mcclure\"\nkernel_width_sigma = 2\ngate_sigma = 6\nlatency = true\nrange_scale = true\n\
+        [joint]\nplanes = \"fixed\"\ndrift = \"off\"\nkernel = \"geman-mcclure\"\nkernel_width_sigma = 2\ngate_sigma = 6\nlatency = true\nrange_scale = true\nvariance_components = true\n\
         hold = [\"lz\", \"yaw\"]\nprior = { lz_sigma_m = 0.01 }\nmax_sigma_deg = 2\nmax_sigma_m = 1\nsimple = true\n";
     let text = std::fs::read_to_string(&path).expect("text") + more;
     std::fs::write(&path, text).expect("write");
@@ -330,7 +330,7 @@ fn every_key_takes_effect() {
     assert!((s.campaign.soundings.noise.along_rad.to_degrees() - 0.2).abs() < 1e-15);
     let shown = serde_json::to_value(&s.file).expect("json");
     let joint = serde_json::json!({"planes": "fixed", "drift": "off", "kernel": "geman-mcclure", "kernel_width_sigma": 2.0, "gate_sigma": 6.0,
-        "latency": true, "range_scale": true, "hold": ["lz", "yaw"], "prior": {"lz_sigma_m": 0.01}, "max_sigma_deg": 2.0, "max_sigma_m": 1.0, "simple": true});
+        "latency": true, "range_scale": true, "variance_components": true, "hold": ["lz", "yaw"], "prior": {"lz_sigma_m": 0.01}, "max_sigma_deg": 2.0, "max_sigma_m": 1.0, "simple": true});
     assert_eq!(shown["joint"], joint);
     let sequential = serde_json::json!({"variant": "projected", "repeated": true, "threshold_deg": 0.1, "max_passes": 7});
     assert_eq!(shown["sequential"], sequential);

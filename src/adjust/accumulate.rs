@@ -66,7 +66,11 @@ const WIDE: usize = (super::condition::MAX_COLUMNS + 1).next_multiple_of(4);
 
 /// Sums over a run of conditions with the same columns (and the same interval), kept compact and scattered when the run ends.
 pub(super) struct Run {
-    columns: Vec<usize>,
+    /// Columns of the rows.
+    columns: Vec<u16>,
+    /// Column of the misclosure.
+    last: usize,
+    running: bool,
     interval: Option<u32>,
     /// Columns and misclosure in whole vectors of four.
     quads: usize,
@@ -77,10 +81,48 @@ pub(super) struct Run {
     pairs: [[f64; PAIRS]; 3],
 }
 
+/// Runs a block of code with the constant `$q` of a number of vectors.
+macro_rules! with_quads {
+    ($quads:expr, $q:ident => $body:expr) => {
+        match $quads {
+            1 => {
+                const $q: usize = 1;
+                $body
+            }
+            2 => {
+                const $q: usize = 2;
+                $body
+            }
+            3 => {
+                const $q: usize = 3;
+                $body
+            }
+            4 => {
+                const $q: usize = 4;
+                $body
+            }
+            5 => {
+                const $q: usize = 5;
+                $body
+            }
+            6 => {
+                const $q: usize = 6;
+                $body
+            }
+            _ => {
+                const $q: usize = 7;
+                $body
+            }
+        }
+    };
+}
+
 impl Run {
     pub(super) fn new() -> Self {
         Run {
             columns: Vec::with_capacity(WIDE),
+            last: 0,
+            running: false,
             interval: None,
             quads: 0,
             normal: [[0.0; WIDE]; WIDE],
@@ -92,26 +134,18 @@ impl Run {
     /// Whether a row belongs to this run.
     #[inline]
     pub(super) fn takes(&self, row: &Row) -> bool {
-        let columns = row.columns();
         let interval = row.chain.as_ref().map(|chain| chain.interval);
-        self.columns.len() == columns.len() + 1
-            && self.interval == interval
-            && self
-                .columns
-                .iter()
-                .zip(columns)
-                .all(|(a, b)| *a == usize::from(*b))
+        self.running && self.interval == interval && self.columns == row.columns()
     }
 
     /// Starts a run with the columns of `row`; `last` is the column of the misclosure.
     pub(super) fn start(&mut self, row: &Row, last: usize) {
         self.columns.clear();
-        self.columns
-            .extend(row.columns().iter().map(|column| usize::from(*column)));
-        self.columns.push(last);
+        self.columns.extend_from_slice(row.columns());
+        (self.last, self.running) = (last, true);
         self.interval = row.chain.map(|chain| chain.interval);
-        self.quads = self.columns.len().div_ceil(4);
-        self.normal[..self.columns.len()].fill([0.0; WIDE]);
+        self.quads = (self.columns.len() + 1).div_ceil(4);
+        self.normal[..4 * self.quads].fill([0.0; WIDE]);
         if self.interval.is_some() {
             self.border = [[[0.0; WIDE]; VISIBLE]; 2];
             self.pairs = [[0.0; PAIRS]; 3];
@@ -121,73 +155,69 @@ impl Run {
     /// Adds a row of this run.
     #[inline]
     pub(super) fn add(&mut self, weighted: &Weighted) {
-        let mut a = [0.0; WIDE];
+        with_quads!(self.quads, Q => self.add_quads::<Q>(weighted));
+    }
+
+    #[inline(always)]
+    fn add_quads<const Q: usize>(&mut self, weighted: &Weighted) {
+        let mut a = [[0.0; 4]; Q];
         let values = weighted.row.values();
-        a[..values.len()].copy_from_slice(values);
-        a[values.len()] = weighted.row.misclosure;
-        for i in 0..self.columns.len() {
-            axpy_from(
-                i / 4,
-                self.quads,
-                weighted.weight * a[i],
-                &a,
-                &mut self.normal[i],
-            );
+        a.as_flattened_mut()[..values.len()].copy_from_slice(values);
+        a.as_flattened_mut()[values.len()] = weighted.row.misclosure;
+        for block in 0..Q {
+            for i in 0..4 {
+                let s = weighted.weight * a[block][i];
+                let sums = self.normal[4 * block + i].as_chunks_mut::<4>().0;
+                for q in block..Q {
+                    axpy(s, &a[q], &mut sums[q]);
+                }
+            }
         }
         if let Some(chain) = &weighted.row.chain {
             self.add_chain(chain, weighted.weight, &a);
         }
     }
 
-    #[inline]
-    fn add_chain(&mut self, chain: &ChainRow, weight: f64, a: &[f64; WIDE]) {
-        for i in 0..VISIBLE {
-            let scaled = weight * chain.visible[i];
-            axpy_from(
-                0,
-                self.quads,
-                scaled * chain.weight0,
-                a,
-                &mut self.border[0][i],
-            );
-            axpy_from(
-                0,
-                self.quads,
-                scaled * chain.weight1,
-                a,
-                &mut self.border[1][i],
-            );
+    #[inline(always)]
+    fn add_chain<const Q: usize>(&mut self, chain: &ChainRow, weight: f64, a: &[[f64; 4]; Q]) {
+        let (w0, w1) = (chain.weight0, chain.weight1);
+        for (epoch, w) in self.border.iter_mut().zip([w0, w1]) {
+            for (sums, visible) in epoch.iter_mut().zip(chain.visible) {
+                let sums = sums.as_chunks_mut::<4>().0;
+                for q in 0..Q {
+                    axpy(weight * visible * w, &a[q], &mut sums[q]);
+                }
+            }
         }
         let products = upper_products(&chain.visible);
-        let (w0, w1) = (chain.weight0, chain.weight1);
         for (sums, factor) in self.pairs.iter_mut().zip([w0 * w0, w0 * w1, w1 * w1]) {
+            let factor = weight * factor;
             sums.iter_mut()
                 .zip(&products)
-                .for_each(|(sum, product)| *sum += weight * factor * product);
+                .for_each(|(sum, product)| *sum += factor * product);
         }
     }
 
     /// Scatters the sums and forgets them.
     pub(super) fn flush(&mut self, normal: &mut Normal, window: Option<&mut Window>) {
-        if self.columns.is_empty() {
+        if !self.running {
             return;
         }
-        normal.scatter(&self.columns, &self.normal);
+        let columns = || self.columns.iter().map(|column| usize::from(*column));
+        let all: Vec<usize> = columns().chain([self.last]).collect();
+        normal.scatter(&all, &self.normal);
         if let (Some(interval), Some(window)) = (self.interval, window) {
-            window.scatter(interval as usize, &self.columns, &self.border, &self.pairs);
+            window.scatter(interval as usize, &all, &self.border, &self.pairs);
         }
-        self.columns.clear();
+        self.running = false;
     }
 }
 
-/// `y += s x` over vectors of four, from vector `from` on.
+/// `y += s x`.
 #[inline(always)]
-fn axpy_from(from: usize, to: usize, s: f64, x: &[f64; WIDE], y: &mut [f64; WIDE]) {
-    let (x, y) = (x.as_chunks::<4>().0, y.as_chunks_mut::<4>().0);
-    for (x, y) in x[from..to].iter().zip(&mut y[from..to]) {
-        for (x, y) in x.iter().zip(y) {
-            *y += s * x;
-        }
+fn axpy(s: f64, x: &[f64; 4], y: &mut [f64; 4]) {
+    for (x, y) in x.iter().zip(y) {
+        *y += s * x;
     }
 }
 

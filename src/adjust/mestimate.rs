@@ -4,20 +4,26 @@ use super::error::AdjustError;
 use super::linearise::linearise;
 use super::pass::{Tally, Weighting};
 use super::problem::Problem;
-use super::reliability::survey;
+use super::reliability::{GroupQuality, survey};
 use super::solve::{Solution, spread_cofactor};
 
 /// Replaces the cofactors of a robust estimate by those of an M-estimator: every condition carries the same part of its
 /// information, [`efficiency`], whatever its residual (Huber & Ronchetti 2009, eq. 7.80 ff.); priors and states carry all of theirs.
 pub(super) fn with_robust_covariance(
     problem: &Problem,
-    mut solution: Solution,
+    solution: Solution,
 ) -> Result<Solution, AdjustError> {
-    let redundancy = survey(problem, &solution, 0)?
-        .groups
-        .iter()
-        .map(|group| group.redundancy)
-        .sum();
+    let groups = survey(problem, &solution, 0)?.groups;
+    robust_covariance(problem, solution, &groups)
+}
+
+/// The same when the redundancies of the groups are known.
+pub(super) fn robust_covariance(
+    problem: &Problem,
+    mut solution: Solution,
+    groups: &[GroupQuality],
+) -> Result<Solution, AdjustError> {
+    let redundancy = groups.iter().map(|group| group.redundancy).sum();
     solution.weighting = Weighting::Uniform(efficiency(&solution.linearisation.tally, redundancy));
     let recycled = solution.linearisation.factor.take();
     solution.linearisation = linearise(problem, &solution.estimate, solution.weighting, recycled)?;

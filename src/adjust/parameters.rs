@@ -277,6 +277,22 @@ impl ParameterSet {
             .sum()
     }
 
+    /// Information of all priors over all columns.
+    ///
+    /// # Errors
+    /// As [`Self::prior_rows`].
+    pub fn prior_information(&self) -> Result<DMatrix<f64>, AdjustError> {
+        let mut information = DMatrix::zeros(self.columns, self.columns);
+        for row in self.prior_rows()? {
+            for (i, a) in row.derivatives.iter().enumerate() {
+                for (j, b) in row.derivatives.iter().enumerate() {
+                    information[(row.column + i, row.column + j)] += a * b;
+                }
+            }
+        }
+        Ok(information)
+    }
+
     /// Whitened rows of all priors: `(first column, derivatives of that block, residual)`, residuals in sigmas.
     ///
     /// # Errors

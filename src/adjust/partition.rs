@@ -4,6 +4,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::chain::ChainModel;
 use super::error::AdjustError;
 use super::problem::Problem;
@@ -70,24 +72,37 @@ fn first_at_or_after(problem: &Problem, set: usize, interval: usize) -> usize {
     low
 }
 
+/// Conditions whose intervals are checked by one task.
+const CHECKED: usize = 65_536;
+
 /// Checks that every set that sees the chain is sorted by interval and inside it.
 pub(super) fn check_intervals(problem: &Problem) -> Result<(), AdjustError> {
+    let chunks = chunks(problem, CHECKED, |set| sees_chain(problem, set));
+    let faults: Vec<Option<AdjustError>> = chunks
+        .into_par_iter()
+        .map(|(set, range)| first_fault(problem, set, range))
+        .collect();
+    faults.into_iter().flatten().next().map_or(Ok(()), Err)
+}
+
+fn first_fault(problem: &Problem, set: usize, range: Range<usize>) -> Option<AdjustError> {
     let intervals = problem.chain.map_or(0, ChainModel::intervals);
-    for set in (0..problem.sources.len()).filter(|set| sees_chain(problem, *set)) {
+    let interval = |condition| {
         let conditions = problem.sources[set].conditions;
-        let mut before = 0;
-        for condition in 0..conditions.len() {
-            let found = conditions.interval(condition).unwrap_or(u32::MAX);
-            if found < before || found as usize >= intervals {
-                return Err(AdjustError::BadInterval {
-                    set,
-                    condition,
-                    found,
-                    intervals,
-                });
-            }
-            before = found;
+        conditions.interval(condition).unwrap_or(u32::MAX)
+    };
+    let mut before = range.start.checked_sub(1).map_or(0, interval);
+    for condition in range {
+        let found = interval(condition);
+        if found < before || found as usize >= intervals {
+            return Some(AdjustError::BadInterval {
+                set,
+                condition,
+                found,
+                intervals,
+            });
         }
+        before = found;
     }
-    Ok(())
+    None
 }

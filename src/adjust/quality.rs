@@ -8,7 +8,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::error::AdjustError;
 use super::problem::Problem;
-use super::reliability::{ConditionQuality, Effect, GroupQuality, survey};
+use super::reliability::{ConditionQuality, Effect, GroupQuality, LEADING, survey};
 use super::solve::{Solution, redundancy};
 
 /// What to judge with.
@@ -84,8 +84,9 @@ pub struct Quality {
     pub groups: Vec<GroupQuality>,
     /// Conditions with the largest normalised residuals, worst first.
     pub worst: Vec<ConditionQuality>,
-    /// Per column: largest effect of an undetected bias of one condition, per unit of non-centrality (times a test's `delta0`).
-    pub effects: Vec<Effect>,
+    /// Per leading column: largest effect of an undetected bias of one condition, per unit of non-centrality (times a test's
+    /// `delta0`).
+    pub effects: [Effect; LEADING],
     /// Correlation of all columns; zero rows for held ones.
     pub correlation: DMatrix<f64>,
 }

@@ -2,9 +2,10 @@
 
 use super::error::AdjustError;
 use super::kernel::Kernel;
+use super::mestimate::robust_covariance;
 use super::options::Options;
 use super::problem::{Estimate, Problem, Source};
-use super::quality::{Quality, QualityOptions, assess};
+use super::quality::{Quality, QualityOptions, assess, correlation};
 use super::solve::{Solution, solve};
 
 /// A solution after data snooping.
@@ -26,7 +27,8 @@ pub struct Snooped {
 ///
 /// Without a kernel a round removes only conditions at least 0.8 times as bad as the worst, since a gross error taints its
 /// neighbours; under a kernel, which bounds the taint, all beyond the critical value. A round removes at most as
-/// many as the quality options list.
+/// many as the quality options list. Under a kernel the figures of the conditions hold with its weights; the covariance of the
+/// last solution is that of the M-estimator.
 ///
 /// # Errors
 /// Those of [`solve`] and [`assess`].
@@ -40,12 +42,17 @@ pub fn snoop(
     let mut ignored: Vec<Vec<bool>> = problem.sources.iter().map(mask).collect();
     let mut removed = Vec::new();
     let mut start = start;
+    let plain = Options {
+        robust_covariance: false,
+        ..options.clone()
+    };
     for round in 0.. {
         let reduced = without(problem, &ignored);
-        let solution = solve(&reduced, start, options)?;
-        let quality = assess(&reduced, &solution, quality_options)?;
+        let solution = solve(&reduced, start, &plain)?;
+        let mut quality = assess(&reduced, &solution, quality_options)?;
         let found = flagged(&quality, options.kernel);
         if found.is_empty() || round >= rounds {
+            let solution = finished(&reduced, solution, &mut quality, options)?;
             return Ok(Snooped {
                 solution,
                 quality,
@@ -64,6 +71,21 @@ pub fn snoop(
         conditions: 0,
         unknowns: start.parameters.free_columns().len(),
     })
+}
+
+/// The covariance of a robust estimate in solution and judgement.
+fn finished(
+    problem: &Problem,
+    solution: Solution,
+    quality: &mut Quality,
+    options: &Options,
+) -> Result<Solution, AdjustError> {
+    if options.kernel.is_least_squares() || !options.robust_covariance {
+        return Ok(solution);
+    }
+    let solution = robust_covariance(problem, solution, &quality.groups)?;
+    quality.correlation = correlation(&solution.cofactor);
+    Ok(solution)
 }
 
 fn mask(source: &Source) -> Vec<bool> {

@@ -6,6 +6,7 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::condition::Row;
 use super::error::AdjustError;
 use super::kernel::Kernel;
 use super::partition::{chunks, conditions_of, sees_chain, windows};
@@ -86,17 +87,18 @@ pub struct Effect {
 pub(super) struct Survey {
     pub groups: Vec<GroupQuality>,
     pub worst: Vec<ConditionQuality>,
-    pub effects: Vec<Effect>,
+    /// Of the leading columns.
+    pub effects: [Effect; LEADING],
+}
+
+/// A condition's prediction from parameters and states.
+struct Predicted {
+    variance: f64,
+    /// Its cofactors with the leading columns.
+    gain: [f64; LEADING],
 }
 
 impl Survey {
-    fn empty(columns: usize) -> Self {
-        Survey {
-            effects: vec![Effect::default(); columns],
-            ..Survey::default()
-        }
-    }
-
     fn count(&mut self, one: &ConditionQuality, kernel: Kernel) {
         let group = usize::from(one.group);
         while self.groups.len() <= group {
@@ -109,6 +111,15 @@ impl Survey {
         sums.omega += kernel.weight(r) * r * r;
         sums.largest_normalised = sums.largest_normalised.max(one.normalised.abs());
         sums.smallest_redundancy = sums.smallest_redundancy.min(one.redundancy);
+        for (largest, effect) in self.effects.iter_mut().zip(one.effects) {
+            if effect.abs() > largest.size {
+                *largest = Effect {
+                    size: effect.abs(),
+                    set: one.set,
+                    condition: one.condition,
+                };
+            }
+        }
     }
 
     /// Keeps the `keep` worst.
@@ -217,7 +228,7 @@ impl Judge<'_> {
         });
         let part = |(set, range)| self.range(set, range, None);
         let parts: Result<Vec<_>, AdjustError> = chunks.into_par_iter().map(part).collect();
-        let mut sum = Survey::empty(self.cofactor.ncols());
+        let mut sum = Survey::default();
         parts?
             .into_iter()
             .for_each(|part| sum.merge(part, self.keep));
@@ -225,7 +236,7 @@ impl Judge<'_> {
     }
 
     fn window(&self, window: &Covariances) -> Result<Survey, AdjustError> {
-        let mut sum = Survey::empty(self.cofactor.ncols());
+        let mut sum = Survey::default();
         for set in
             (0..self.pass.problem.sources.len()).filter(|set| sees_chain(self.pass.problem, *set))
         {
@@ -241,50 +252,55 @@ impl Judge<'_> {
         range: Range<usize>,
         window: Option<&Covariances>,
     ) -> Result<Survey, AdjustError> {
-        let mut sum = Survey::empty(self.cofactor.ncols());
-        let mut gain = vec![0.0; self.cofactor.ncols()];
+        let mut sum = Survey::default();
         self.pass.visit(set, range, |weighted| {
-            let variance = self.predicted_variance(weighted, window, &mut gain);
-            let mut one = self.figures(set, weighted, variance);
-            one.effects = leading(&one, weighted, &gain);
+            let predicted = self.predicted(weighted, window);
+            let mut one = self.figures(set, weighted, predicted.variance);
+            one.effects = effects(&one, weighted, &predicted.gain);
             sum.count(&one, self.kernel);
-            self.effects(&one, weighted, &gain, &mut sum.effects);
             sum.rank(one, self.keep);
         })?;
         sum.cut(self.keep);
         Ok(sum)
     }
 
-    /// Variance of a condition's prediction from parameters and states; `gain` becomes its cofactors with the parameters.
-    fn predicted_variance(
-        &self,
-        weighted: &Weighted,
-        window: Option<&Covariances>,
-        gain: &mut [f64],
-    ) -> f64 {
+    fn predicted(&self, weighted: &Weighted, window: Option<&Covariances>) -> Predicted {
         let row = weighted.row;
-        gain.fill(0.0);
-        let mut variance = 0.0;
+        let mut predicted = self.from_parameters(row);
         if let (Some(chain), Some(window)) = (&row.chain, window) {
-            variance = window.condition(chain, gain);
-            variance += self.along(weighted, gain);
+            predicted.variance += window.variance(chain);
+            for (column, value) in row.columns().iter().zip(row.values()) {
+                predicted.variance += 2.0 * value * window.with_column(chain, usize::from(*column));
+            }
+            for (i, gain) in predicted.gain.iter_mut().enumerate().take(self.leading()) {
+                *gain += window.with_column(chain, i);
+            }
         }
-        for (column, value) in row.columns().iter().zip(row.values()) {
-            let cofactors = self.cofactor.column(usize::from(*column));
-            gain.iter_mut()
-                .zip(&cofactors)
-                .for_each(|(g, q)| *g += value * q);
-        }
-        variance + self.along(weighted, gain)
+        predicted
     }
 
-    fn along(&self, weighted: &Weighted, gain: &[f64]) -> f64 {
-        let row = weighted.row;
-        row.columns()
-            .iter()
-            .zip(row.values())
-            .map(|(column, a)| a * gain[usize::from(*column)])
-            .sum()
+    fn from_parameters(&self, row: &Row) -> Predicted {
+        let (mut variance, mut gain) = (0.0, [0.0; LEADING]);
+        for (column, value) in row.columns().iter().zip(row.values()) {
+            let cofactors = self.cofactor.column(usize::from(*column));
+            let cofactors = cofactors.as_slice();
+            let own: f64 = row
+                .columns()
+                .iter()
+                .zip(row.values())
+                .map(|(other, a)| a * cofactors[usize::from(*other)])
+                .sum();
+            variance += value * own;
+            gain.iter_mut()
+                .zip(cofactors)
+                .for_each(|(g, q)| *g += value * q);
+        }
+        Predicted { variance, gain }
+    }
+
+    /// Leading columns that there are.
+    fn leading(&self) -> usize {
+        LEADING.min(self.cofactor.ncols())
     }
 
     fn figures(&self, set: usize, weighted: &Weighted, predicted: f64) -> ConditionQuality {
@@ -309,37 +325,13 @@ impl Judge<'_> {
             effects: [0.0; LEADING],
         }
     }
-
-    /// `Q A^T M^-1` times the detectable bias.
-    fn effects(
-        &self,
-        one: &ConditionQuality,
-        weighted: &Weighted,
-        gain: &[f64],
-        effects: &mut [Effect],
-    ) {
-        if one.redundancy <= CONTROLLED {
-            return;
-        }
-        let bias = weighted.weight * one.detectable_bias(1.0);
-        for (effect, gain) in effects.iter_mut().zip(gain) {
-            let size = (gain * bias).abs();
-            if size > effect.size {
-                *effect = Effect {
-                    size,
-                    set: one.set,
-                    condition: one.condition,
-                };
-            }
-        }
-    }
 }
 
 /// `Q A^T M^-1` times the bias that escapes a test with non-centrality one, for the leading columns.
-fn leading(one: &ConditionQuality, weighted: &Weighted, gain: &[f64]) -> [f64; LEADING] {
+fn effects(one: &ConditionQuality, weighted: &Weighted, gain: &[f64; LEADING]) -> [f64; LEADING] {
     if one.redundancy <= CONTROLLED {
         return [0.0; LEADING];
     }
     let bias = weighted.weight * one.detectable_bias(1.0);
-    std::array::from_fn(|i| gain.get(i).map_or(0.0, |g| g * bias))
+    gain.map(|g| g * bias)
 }

@@ -22,33 +22,34 @@ pub(super) struct Covariances {
     columns: usize,
     own: Vec<Block>,
     next: Vec<Block>,
-    /// Visible quantities by all columns, epoch after epoch.
+    /// All columns by visible quantities, epoch after epoch.
     border: Vec<f64>,
 }
 
 impl Covariances {
-    /// Adds to `gain` the cofactors of the interpolated visible quantities with all columns, weighted by a condition's
-    /// derivatives; returns the condition's variance from the visible quantities alone.
-    pub(super) fn condition(&self, chain: &ChainRow, gain: &mut [f64]) -> f64 {
+    /// Variance of a condition's prediction from the visible quantities alone.
+    pub(super) fn variance(&self, chain: &ChainRow) -> f64 {
         let local = chain.interval as usize - self.intervals.start;
-        let (w0, w1) = (chain.weight0, chain.weight1);
-        let mut variance = 0.0;
-        for (i, a) in chain.visible.iter().enumerate() {
-            self.add_border(local, i, a * w0, gain);
-            self.add_border(local + 1, i, a * w1, gain);
-            for (j, b) in chain.visible.iter().enumerate() {
-                let cross = self.next[local][i][j] + self.next[local][j][i];
-                let own = w0 * w0 * self.own[local][i][j] + w1 * w1 * self.own[local + 1][i][j];
-                variance += a * b * (own + w0 * w1 * cross);
-            }
-        }
-        variance
+        let (w0, w1, v) = (chain.weight0, chain.weight1, &chain.visible);
+        w0 * w0 * form(&self.own[local], v)
+            + w1 * w1 * form(&self.own[local + 1], v)
+            + 2.0 * w0 * w1 * form(&self.next[local], v)
     }
 
-    fn add_border(&self, local: usize, i: usize, factor: f64, gain: &mut [f64]) {
-        let row = &self.border[(local * VISIBLE + i) * self.columns..][..self.columns];
-        gain.iter_mut().zip(row).for_each(|(g, q)| *g += factor * q);
+    /// Cofactor of a condition's interpolated visible quantities, weighted by its derivatives, with a column.
+    pub(super) fn with_column(&self, chain: &ChainRow, column: usize) -> f64 {
+        let local = chain.interval as usize - self.intervals.start;
+        let at = |epoch: usize| {
+            let start = (epoch * self.columns + column) * VISIBLE;
+            dot(&self.border[start..start + VISIBLE], &chain.visible)
+        };
+        chain.weight0 * at(local) + chain.weight1 * at(local + 1)
     }
+}
+
+/// `v^T Q v`.
+fn form(q: &Block, v: &[f64; VISIBLE]) -> f64 {
+    q.iter().zip(v).map(|(row, a)| a * dot(row, v)).sum()
 }
 
 /// The recursion, from the last epoch to the first.
@@ -177,9 +178,11 @@ impl<'a> Backward<'a> {
     fn keep(&self, local: usize, out: &mut Covariances) {
         out.own[local] = self.visible(&self.own);
         for (i, process) in self.model.processes().iter().enumerate() {
-            let row = &mut out.border[(local * VISIBLE + process.component) * self.columns..];
+            let rows = out.border[local * self.columns * VISIBLE..]
+                .as_chunks_mut::<VISIBLE>()
+                .0;
             for (j, column) in self.free.iter().enumerate() {
-                row[*column] += self.border[i * self.free.len() + j];
+                rows[*column][process.component] += self.border[i * self.free.len() + j];
             }
         }
     }

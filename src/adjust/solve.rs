@@ -46,6 +46,16 @@ pub struct Solution {
     pub kernel: Kernel,
 }
 
+impl Solution {
+    /// Information (inverse cofactors) of all columns with the states eliminated, priors included; zero rows for held columns.
+    #[must_use]
+    pub fn information(&self) -> DMatrix<f64> {
+        let parameters = &self.estimate.parameters;
+        let inner = self.linearisation.reduced.information();
+        spread(&inner, parameters.columns(), &parameters.free_columns())
+    }
+}
+
 /// Solves a problem from a start.
 ///
 /// # Errors
@@ -390,14 +400,18 @@ impl<'a> Iteration<'a> {
 /// Cofactors over all columns, zero for held ones.
 pub(super) fn spread_cofactor(at: &Estimate, linearisation: &Linearisation) -> DMatrix<f64> {
     let (all, free) = (at.parameters.columns(), at.parameters.free_columns());
-    let inner = linearisation.spectrum.cofactor();
-    let mut cofactor = DMatrix::zeros(all, all);
+    spread(&linearisation.spectrum.cofactor(), all, &free)
+}
+
+/// A matrix over the free columns as one over all columns.
+fn spread(inner: &DMatrix<f64>, all: usize, free: &[usize]) -> DMatrix<f64> {
+    let mut whole = DMatrix::zeros(all, all);
     for (i, &row) in free.iter().enumerate() {
         for (j, &column) in free.iter().enumerate() {
-            cofactor[(row, column)] = inner[(i, j)];
+            whole[(row, column)] = inner[(i, j)];
         }
     }
-    cofactor
+    whole
 }
 
 /// Conditions and priors less unknowns; states and their priors cancel.

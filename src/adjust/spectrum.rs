@@ -55,6 +55,14 @@ impl Reduced {
         }
     }
 
+    /// Information of the free columns, states eliminated.
+    pub(super) fn information(&self) -> DMatrix<f64> {
+        match self {
+            Reduced::Root { factor, .. } => factor.tr_mul(factor),
+            Reduced::Normal { matrix, .. } => matrix.clone(),
+        }
+    }
+
     /// The system in its axes, columns scaled by `scale` (zeros count as one).
     pub(super) fn spectrum(&self, scale: &[f64]) -> Result<Spectrum, AdjustError> {
         let scale = scale.iter().map(|length| non_zero(*length)).collect();

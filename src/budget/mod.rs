@@ -10,12 +10,17 @@
 //! | [`interaction`] | what the sources do to each other |
 //! | [`sweep`] | one or two scenario values over ranges |
 //! | [`summary`] | the trials as `result.json` |
+//! | [`swath`] | what a calibration's covariance means for a sounding, against IHO S-44 |
+//! | [`plan`], [`passes`] | which pass to sail next, and how many |
 
 pub mod experiment;
 pub mod interaction;
 pub mod ledger;
+pub mod passes;
+pub mod plan;
 pub mod sources;
 pub mod statistics;
 pub mod summary;
+pub mod swath;
 pub mod sweep;
 pub mod trial;

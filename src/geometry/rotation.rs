@@ -12,20 +12,36 @@ pub fn skew(v: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// `Exp(v)`: the rotation by |v| radians about v (Rodrigues).
+#[inline]
 #[must_use]
 pub fn exp(v: &Vector3<f64>) -> Matrix3<f64> {
     let squared = v.norm_squared();
-    let k = skew(v);
-    let (a, b) = if squared < 1e-8 {
+    // below a tenth of a radian the series is exact to rounding and faster than sine and cosine
+    let (a, b) = if squared < 1e-2 {
+        let q = squared;
         (
-            1.0 - squared / 6.0 * (1.0 - squared / 20.0),
-            0.5 - squared / 24.0 * (1.0 - squared / 30.0),
+            1.0 - q / 6.0
+                * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0)))),
+            0.5 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0 * (1.0 - q / 90.0)))),
         )
     } else {
         let angle = squared.sqrt();
         (angle.sin() / angle, (1.0 - angle.cos()) / squared)
     };
-    Matrix3::identity() + k * a + k * k * b
+    let (x, y, z) = (v.x, v.y, v.z);
+    let (ax, ay, az) = (a * x, a * y, a * z);
+    let (bx, by, bz) = (b * x, b * y, b * z);
+    Matrix3::new(
+        1.0 - (by * y + bz * z),
+        bx * y - az,
+        bx * z + ay,
+        bx * y + az,
+        1.0 - (bx * x + bz * z),
+        by * z - ax,
+        bx * z - ay,
+        by * z + ax,
+        1.0 - (bx * x + by * y),
+    )
 }
 
 /// `Log(R)`: the rotation vector (radians) of an orthonormal matrix, |v| <= pi.

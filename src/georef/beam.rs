@@ -45,8 +45,43 @@ impl Beam {
     /// `u` together with its derivatives.
     #[must_use]
     pub fn partials(&self) -> BeamPartials {
-        let (sa, ca) = self.across_rad.sin_cos();
-        let (sc, cc) = self.along_rad.sin_cos();
+        self.resolved().partials()
+    }
+
+    /// The beam by sines and cosines of its angles.
+    #[must_use]
+    pub fn resolved(&self) -> ResolvedBeam {
+        ResolvedBeam {
+            range_m: self.range_m,
+            across: self.across_rad.sin_cos(),
+            along: self.along_rad.sin_cos(),
+        }
+    }
+}
+
+/// A beam by sines and cosines: moving it by small angles costs no trigonometric function.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResolvedBeam {
+    range_m: f64,
+    across: (f64, f64),
+    along: (f64, f64),
+}
+
+impl ResolvedBeam {
+    /// The beam with range (metres), across and along angle (radians) changed by `correction`.
+    #[must_use]
+    pub fn moved(&self, correction: &Vector3<f64>) -> Self {
+        Self {
+            range_m: self.range_m + correction.x,
+            across: turned(self.across, correction.y),
+            along: turned(self.along, correction.z),
+        }
+    }
+
+    /// `u` together with its derivatives.
+    #[must_use]
+    pub fn partials(&self) -> BeamPartials {
+        let ((sa, ca), (sc, cc)) = (self.across, self.along);
         let direction = Vector3::new(sa * cc, sc, -ca * cc);
         let across = Vector3::new(ca * cc, 0.0, sa * cc) * self.range_m;
         let along = Vector3::new(-sa * sc, cc, ca * sc) * self.range_m;
@@ -55,6 +90,20 @@ impl Beam {
             jacobian: Matrix3::from_columns(&[direction, across, along]),
         }
     }
+}
+
+/// Sine and cosine of an angle changed by `by` radians; by series, exact to rounding, where the change is small.
+fn turned((sine, cosine): (f64, f64), by: f64) -> (f64, f64) {
+    let (s, c) = if by.abs() < 0.02 {
+        let q = by * by;
+        (
+            by * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0))),
+            1.0 - 0.5 * q * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0))),
+        )
+    } else {
+        by.sin_cos()
+    };
+    (sine * c + cosine * s, cosine * c - sine * s)
 }
 
 #[cfg(test)]
@@ -81,6 +130,28 @@ mod tests {
             };
             let difference = (shifted(1.0).vector_m() - shifted(-1.0).vector_m()) / (2.0 * step);
             assert!((difference - partials.jacobian.column(column)).norm() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn a_moved_beam_is_the_beam_moved() {
+        let beam = Beam {
+            range_m: 7.0,
+            across_rad: -0.7,
+            along_rad: 0.2,
+        };
+        for by in [1e-4, -0.0199, 0.0201, 0.3] {
+            let moved = Beam {
+                range_m: 7.5,
+                across_rad: -0.7 + by,
+                along_rad: 0.2 - by,
+            };
+            let found = beam
+                .resolved()
+                .moved(&Vector3::new(0.5, by, -by))
+                .partials();
+            assert!((found.vector_m - moved.vector_m()).norm() < 4e-15);
+            assert!((found.jacobian - moved.partials().jacobian).norm() < 8e-15);
         }
     }
 

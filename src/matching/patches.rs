@@ -10,6 +10,9 @@ const SPACING_M: f64 = 0.25;
 /// Faces closer to each other than this are compared when a point is tied, metres.
 const NEIGHBOUR_M: f64 = 0.6;
 
+/// A point further than this from every sample of a face belongs to none, metres.
+const REACH_M: f64 = 0.5;
+
 /// A point on a face's plane counts as "outside its outline" up to this distance from it, metres; beyond it belongs to no face.
 const EDGE_M: f64 = 0.1;
 
@@ -27,6 +30,8 @@ pub enum Water {
 pub struct Gate {
     /// Largest misfit along the normal, in its standard deviation.
     pub sigmas: f64,
+    /// No standard deviation along any normal is larger than this, metres: it spares looking at planes far away.
+    pub largest_sigma_m: f64,
     /// A point must lie inside the outline by this much, metres; a second face is as good if the point is not outside it by more.
     pub margin_m: f64,
 }
@@ -62,6 +67,8 @@ struct Patch {
 #[derive(Debug)]
 pub struct Patches {
     patches: Vec<Patch>,
+    /// Patch of each face; `u16::MAX` where it has none.
+    of_face: Vec<u16>,
     owner: Vec<u16>,
     tree: Option<ImmutableKdTree<f64, 3>>,
     water: Water,
@@ -109,11 +116,16 @@ impl Patches {
             bound(f64::max, f64::NEG_INFINITY),
         );
         link_neighbours(&mut patches, &samples, &owner);
+        let mut of_face = vec![u16::MAX; target.faces.len()];
+        for (k, patch) in patches.iter().enumerate() {
+            of_face[patch.face] = k as u16;
+        }
         let tree = ImmutableKdTree::new_from_slice(&samples)
             .ok()
             .filter(|_| !samples.is_empty());
         Self {
             patches,
+            of_face,
             owner,
             tree,
             water,
@@ -179,14 +191,12 @@ impl Patches {
         let mut best: Option<(Vector3<f64>, f64, f64)> = None;
         for &n in &self.patches[owner as usize].neighbours {
             let patch = &self.patches[n as usize];
-            if patch.normal.dot(ray) >= 0.0 {
-                continue;
-            }
             let signed_m = patch.normal.dot(point) - patch.distance_m;
-            if signed_m.abs() > reach_m || best.is_some_and(|b| signed_m.abs() > b.2) {
+            let nearest_m = best.map_or(reach_m, |b| b.2);
+            if signed_m.abs() > nearest_m || patch.normal.dot(ray) >= 0.0 {
                 continue;
             }
-            let outside_m = (-patch.outline.inside_m(point)).max(0.0);
+            let outside_m = (-patch.outline.inside_within_m(point, nearest_m)).max(0.0);
             let away_m = signed_m.hypot(outside_m);
             if away_m <= reach_m && best.is_none_or(|b| away_m < b.2) {
                 best = Some((patch.normal, signed_m, away_m));
@@ -197,20 +207,12 @@ impl Patches {
 
     /// The patch of a face that the point was tied to before.
     fn owner_of(&self, face: Option<u16>) -> Option<u16> {
-        let face = usize::from(face?);
-        self.patches
-            .iter()
-            .position(|p| p.face == face)
-            .map(|k| k as u16)
+        let patch = *self.of_face.get(usize::from(face?))?;
+        (patch != u16::MAX).then_some(patch)
     }
 
-    fn owner_near(&self, point: &Vector3<f64>, reach_m: f64) -> Option<u16> {
-        let (owner, near_m) = self.nearest(point)?;
-        (near_m <= reach_m).then_some(owner)
-    }
-
-    /// Ties a point, or says why not. `hint` is the face of an earlier tie: it and its neighbours are looked at without a search. `ray` is the direction from the sensor; `sigma_m(normal)` the standard deviation of the
-    /// point along a normal, metres.
+    /// Ties a point, or says why not. `hint` is a face that it probably lies on: no search is needed if it does. `ray` is the
+    /// direction from the sensor; `sigma_m(normal)` the standard deviation of the point along a normal, metres.
     #[must_use]
     pub fn assign(
         &self,
@@ -220,27 +222,45 @@ impl Patches {
         hint: Option<u16>,
         sigma_m: impl Fn(&Vector3<f64>) -> f64,
     ) -> Verdict {
-        let reach_m = 0.5;
-        if !self.near_box(point, reach_m) || !on_side(self.water, self.level_m, point.z) {
+        if !self.near_box(point, REACH_M) || !on_side(self.water, self.level_m, point.z) {
             return Verdict::NoFace;
         }
-        let Some(owner) = self
-            .owner_of(hint)
-            .or_else(|| self.owner_near(point, reach_m))
-        else {
-            return Verdict::NoFace;
-        };
+        if let (Some(face), Some(owner)) = (hint, self.owner_of(hint)) {
+            let verdict = self.among(owner, point, ray, gate, &sigma_m);
+            if verdict == Verdict::Tie(face) {
+                return verdict;
+            }
+        }
+        match self.nearest(point) {
+            Some((owner, near_m)) if near_m <= REACH_M => {
+                self.among(owner, point, ray, gate, &sigma_m)
+            }
+            _ => Verdict::NoFace,
+        }
+    }
+
+    /// Ties a point to one of the patches around `owner`.
+    fn among(
+        &self,
+        owner: u16,
+        point: &Vector3<f64>,
+        ray: &Vector3<f64>,
+        gate: &Gate,
+        sigma_m: &impl Fn(&Vector3<f64>) -> f64,
+    ) -> Verdict {
+        let widest_m = (gate.sigmas * gate.largest_sigma_m).min(REACH_M);
+        let edge_m = gate.margin_m.max(EDGE_M);
         let (mut chosen, mut rivals, mut edge) = (None, 0, false);
         for &n in &self.patches[owner as usize].neighbours {
             let patch = &self.patches[n as usize];
-            if patch.normal.dot(ray) >= 0.0 {
-                continue;
-            }
             let misfit_m = (patch.normal.dot(point) - patch.distance_m).abs();
-            if misfit_m > reach_m || misfit_m > gate.sigmas * sigma_m(&patch.normal) {
+            if misfit_m > widest_m
+                || patch.normal.dot(ray) >= 0.0
+                || misfit_m > gate.sigmas * sigma_m(&patch.normal)
+            {
                 continue;
             }
-            let inside_m = patch.outline.inside_m(point);
+            let inside_m = patch.outline.inside_within_m(point, edge_m);
             edge |= inside_m >= -EDGE_M;
             if inside_m >= -gate.margin_m {
                 rivals += 1;
@@ -322,6 +342,7 @@ mod tests {
 
     const GATE: Gate = Gate {
         sigmas: 5.0,
+        largest_sigma_m: 0.01,
         margin_m: 0.05,
     };
 

@@ -137,6 +137,7 @@ const JOINT: &[Key] = &[
     optional("gate_sigma", Kind::Number(GATE)),
     optional("latency", Kind::Flag),
     optional("range_scale", Kind::Flag),
+    optional("variance_components", Kind::Flag),
     optional("hold", Kind::Words(PARAMETERS)),
     optional("prior", Kind::Table(PRIOR)),
     optional(

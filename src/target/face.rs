@@ -35,6 +35,8 @@ pub struct Outline {
     /// Second in-plane unit vector, `normal x along`.
     pub across: Vector3<f64>,
     flat: Vec<Vector2<f64>>,
+    /// Inward unit normal and offset of each edge, where the outline is convex: the distance inside an edge is `normal . p + offset`.
+    edges: Vec<(Vector2<f64>, f64)>,
 }
 
 impl Outline {
@@ -53,8 +55,9 @@ impl Outline {
         let flat = vertices_m
             .iter()
             .map(|v| Vector2::new((v - origin).dot(&along), (v - origin).dot(&across)))
-            .collect();
+            .collect::<Vec<_>>();
         Some(Self {
+            edges: convex_edges(&flat),
             vertices_m,
             normal,
             along,
@@ -76,14 +79,30 @@ impl Outline {
     /// Signed distance (metres) in the plane from the point's foot to the outline: positive inside.
     #[must_use]
     pub fn inside_m(&self, point: &Vector3<f64>) -> f64 {
-        let offset = point - self.vertices_m[0];
-        self.inside_flat_m(&Vector2::new(
-            offset.dot(&self.along),
-            offset.dot(&self.across),
-        ))
+        self.inside_within_m(point, f64::INFINITY)
     }
 
-    fn inside_flat_m(&self, p: &Vector2<f64>) -> f64 {
+    /// The same as long as the point is not outside by more than `reach_m`; beyond that any value below `-reach_m`, found faster.
+    #[must_use]
+    pub fn inside_within_m(&self, point: &Vector3<f64>, reach_m: f64) -> f64 {
+        let offset = point - self.vertices_m[0];
+        let p = Vector2::new(offset.dot(&self.along), offset.dot(&self.across));
+        self.inside_flat_m(&p, reach_m)
+    }
+
+    fn inside_flat_m(&self, p: &Vector2<f64>, reach_m: f64) -> f64 {
+        if !self.edges.is_empty() {
+            let within = |(normal, offset): &(Vector2<f64>, f64)| normal.dot(p) + offset;
+            let least = self.edges.iter().map(within).fold(f64::INFINITY, f64::min);
+            if least >= 0.0 || least < -reach_m {
+                return least;
+            }
+        }
+        self.by_edges_m(p)
+    }
+
+    /// The same for any outline and any place.
+    fn by_edges_m(&self, p: &Vector2<f64>) -> f64 {
         let mut nearest = f64::INFINITY;
         let mut inside = false;
         for (k, a) in self.flat.iter().enumerate() {
@@ -135,7 +154,7 @@ impl Outline {
                 low + Vector2::new((k % nx) as f64 + 0.5, (k / nx) as f64 + 0.5)
                     .component_mul(&cell)
             })
-            .filter(|q| self.inside_flat_m(q) >= 0.0)
+            .filter(|q| self.inside_flat_m(q, 0.0) >= 0.0)
             .map(at)
             .collect();
         if points.is_empty() {
@@ -144,6 +163,24 @@ impl Outline {
         }
         points
     }
+}
+
+/// Inward normals and offsets of the edges of a convex polygon; nothing for any other.
+fn convex_edges(flat: &[Vector2<f64>]) -> Vec<(Vector2<f64>, f64)> {
+    let n = flat.len();
+    let edge = |k: usize| {
+        let (a, b) = (flat[k % n], flat[(k + 1) % n]);
+        let along = (b - a).try_normalize(1e-9)?;
+        let inward = Vector2::new(-along.y, along.x);
+        Some((inward, -inward.dot(&a)))
+    };
+    let edges: Option<Vec<_>> = (0..n).map(edge).collect();
+    let convex = |edges: &Vec<(Vector2<f64>, f64)>| {
+        edges
+            .iter()
+            .all(|(normal, offset)| flat.iter().all(|p| normal.dot(p) + offset > -1e-9))
+    };
+    edges.filter(convex).unwrap_or_default()
 }
 
 /// One face of a target.
@@ -198,6 +235,23 @@ mod tests {
                 .iter()
                 .all(|p| outline.inside_m(p) >= 0.0)
         );
+    }
+
+    #[test]
+    fn a_convex_outline_is_as_far_as_its_edges() {
+        let corner = |x: f64, y: f64| Vector3::new(x, y, 0.0);
+        let outline = Outline::new(vec![corner(0.0, 0.0), corner(3.0, 0.0), corner(0.0, 3.0)])
+            .expect("a triangle");
+        assert_eq!(outline.edges.len(), 3);
+        for k in 0..400 {
+            let p = Vector2::new(f64::from(k % 20) * 0.3 - 1.5, f64::from(k / 20) * 0.3 - 1.5);
+            let exact = outline.by_edges_m(&p);
+            let found = outline.inside_m(&corner(p.x, p.y));
+            assert!((found - exact).abs() < 1e-12, "{p}: {found}, {exact}");
+            let near = outline.inside_within_m(&corner(p.x, p.y), 0.4);
+            assert!((near - exact).abs() < 1e-12 || (near < -0.4 && exact < -0.4));
+        }
+        assert!(ell().edges.is_empty());
     }
 
     #[test]

@@ -2,7 +2,9 @@
 //!
 //! `g = n . ( p + dp + Exp(psi) R_b^t [ R u + l ] ) - d - h = 0`, linearised at the adjusted observations (Gauss-Helmert).
 
-use nalgebra::Vector3;
+use std::ops::Range;
+
+use nalgebra::{Matrix3x2, Vector3};
 
 use super::scene::Scene;
 use super::ties::{Tie, TrajectoryVariance, return_gain, sounding_variance};
@@ -23,29 +25,68 @@ pub struct FacePlane {
     pub design_m: f64,
 }
 
-/// A face's plane at the current parameters.
+/// A face's plane at the current parameters, with what its derivatives need.
+#[derive(Clone, Copy)]
 struct Plane {
     normal: Vector3<f64>,
     distance_m: f64,
+    tangents: Matrix3x2<f64>,
+    /// Columns of normal, distance and offset.
+    columns: (usize, usize, Option<usize>),
 }
 
 impl FacePlane {
     fn at(&self, x: &ParameterSet) -> Plane {
         let own_m = self.offset.map_or(self.design_m, |id| x.euclidean(id)[0]);
+        let normal = x.normal(self.normal);
         Plane {
-            normal: x.normal(self.normal),
+            normal,
             distance_m: x.euclidean(self.distance)[0] + own_m,
+            tangents: tangent_basis(&normal),
+            columns: (
+                x.offset(self.normal),
+                x.offset(self.distance),
+                self.offset.map(|id| x.offset(id)),
+            ),
+        }
+    }
+}
+
+impl Plane {
+    /// Appends the derivatives by the plane's parameters at the adjusted point.
+    fn derive(&self, point_m: &Vector3<f64>, row: &mut Row) {
+        let (normal, distance, offset) = self.columns;
+        row.extend(normal, self.tangents.tr_mul(point_m).as_slice());
+        row.push(distance, -1.0);
+        if let Some(offset) = offset {
+            row.push(offset, -1.0);
+        }
+    }
+}
+
+/// The planes at the current parameters, each looked up when a run of conditions on its face begins.
+struct Planes<'a> {
+    faces: &'a [Option<FacePlane>],
+    x: &'a ParameterSet,
+    last: Option<(u16, Plane)>,
+}
+
+impl<'a> Planes<'a> {
+    fn new(faces: &'a [Option<FacePlane>], x: &'a ParameterSet) -> Self {
+        Self {
+            faces,
+            x,
+            last: None,
         }
     }
 
-    /// Appends the derivatives by the plane's parameters at the adjusted point.
-    fn derive(&self, x: &ParameterSet, plane: &Plane, point_m: &Vector3<f64>, row: &mut Row) {
-        let tilt = tangent_basis(&plane.normal).tr_mul(point_m);
-        row.extend(x.offset(self.normal), tilt.as_slice());
-        row.push(x.offset(self.distance), -1.0);
-        if let Some(offset) = self.offset {
-            row.push(x.offset(offset), -1.0);
+    fn of(&mut self, face: u16) -> Option<Plane> {
+        if let Some((_, plane)) = self.last.filter(|(known, _)| *known == face) {
+            return Some(plane);
         }
+        let plane = self.faces.get(face as usize)?.as_ref()?.at(self.x);
+        self.last = Some((face, plane));
+        Some(plane)
     }
 }
 
@@ -201,13 +242,13 @@ impl SoundingConditions<'_> {
 
     fn fill(
         &self,
-        k: usize,
-        x: &ParameterSet,
+        tie: Tie,
+        (mounting, planes): (&Mounting, &mut Planes),
         chain: Option<&ChainState>,
         row: &mut Row,
     ) -> Option<()> {
-        let tie = self.ties[k];
-        let face = self.planes.get(tie.face as usize)?.as_ref()?;
+        let x = planes.x;
+        let plane = planes.of(tie.face)?;
         let latency_s = self.latency_s(x);
         let pose = self.scene.sounding_pose(tie.row as usize, latency_s)?;
         let seen = if latency_s == self.latency_at_start_s {
@@ -217,12 +258,10 @@ impl SoundingConditions<'_> {
                 .sounding_pose(tie.row as usize, self.latency_at_start_s)?
         };
         let interval = self.trajectory.interval(seen.record);
-        let mounting = self.mounting.at(x);
         let scale = self.range_scale.map_or(0.0, |id| x.euclidean(id)[0]);
-        let mut beam = self.scene.beam(tie.row as usize, &pose, &mounting)?;
+        let mut beam = self.scene.beam(tie.row as usize, &pose, mounting)?;
         let measured_m = beam.range_m;
         beam.range_m *= 1.0 + scale;
-        let plane = face.at(x);
         let moment = self.trajectory.moment(&seen, interval, chain);
         let position_m = pose.position_m + (moment.position_m - seen.position_m);
         let normal = plane.normal + plane.normal.cross(&moment.attitude_error);
@@ -247,7 +286,7 @@ impl SoundingConditions<'_> {
             turned.cross(&in_body).as_slice(),
         );
         row.extend(x.offset(self.mounting.lever_arm), in_body.as_slice());
-        face.derive(x, &plane, &point_m, row);
+        plane.derive(&point_m, row);
         let attitude = arm.cross(&normal);
         if let Some(id) = self.latency {
             let (velocity, rate) =
@@ -289,18 +328,14 @@ fn adjust_beam(
         noise.across_rad.powi(2),
         noise.along_rad.powi(2),
     );
-    let mut partials = observed.partials();
+    let beam = observed.resolved();
+    let mut partials = beam.partials();
     let mut gain = partials.jacobian.tr_mul(in_sensor);
     let mut variance = sounding_variance(noise, &gain);
     let mut misclosure = base + in_sensor.dot(&partials.vector_m);
     for _ in 0..2 {
         let correction = weights.component_mul(&gain) * (-misclosure / variance);
-        let moved = Beam {
-            range_m: observed.range_m + correction.x,
-            across_rad: observed.across_rad + correction.y,
-            along_rad: observed.along_rad + correction.z,
-        };
-        partials = moved.partials();
+        partials = beam.moved(&correction).partials();
         gain = partials.jacobian.tr_mul(in_sensor);
         variance = sounding_variance(noise, &gain);
         misclosure = base + in_sensor.dot(&partials.vector_m) - gain.dot(&correction);
@@ -329,8 +364,26 @@ impl Conditions for SoundingConditions<'_> {
     }
 
     fn linearise(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) {
-        if self.fill(k, x, chain, row).is_none() {
-            row.misclosure = f64::NAN;
+        self.linearise_range(k..k + 1, x, chain, std::slice::from_mut(row));
+    }
+
+    fn linearise_range(
+        &self,
+        range: Range<usize>,
+        x: &ParameterSet,
+        chain: Option<&ChainState>,
+        rows: &mut [Row],
+    ) {
+        let mounting = self.mounting.at(x);
+        let mut planes = Planes::new(self.planes, x);
+        for (tie, row) in self.ties[range].iter().zip(rows) {
+            row.clear();
+            if self
+                .fill(*tie, (&mounting, &mut planes), chain, row)
+                .is_none()
+            {
+                row.misclosure = f64::NAN;
+            }
         }
     }
 }
@@ -353,18 +406,22 @@ pub struct ReturnConditions<'a> {
 }
 
 impl ReturnConditions<'_> {
+    fn mounting(&self, x: &ParameterSet) -> Mounting {
+        self.scanner
+            .map_or(self.scene.campaign.scanner, |blocks| blocks.at(x))
+    }
+
     fn fill(
         &self,
-        k: usize,
-        x: &ParameterSet,
+        tie: Tie,
+        (mounting, planes): (&Mounting, &mut Planes),
         chain: Option<&ChainState>,
         row: &mut Row,
     ) -> Option<()> {
-        let tie = self.ties[k];
-        let face = self.planes.get(tie.face as usize)?.as_ref()?;
-        let plane = face.at(x);
+        let x = planes.x;
+        let plane = planes.of(tie.face)?;
         if let Some(point) = self.scene.laser_fixed_point(tie.row as usize) {
-            self.fill_fixed(&point, face, &plane, x, row);
+            self.fill_fixed(&point, &plane, row);
             return Some(());
         }
         let scan = &self.scene.campaign.laser;
@@ -374,9 +431,6 @@ impl ReturnConditions<'_> {
             .pose_at(scan.time_s[tie.row as usize])
             .ok()?;
         let interval = self.trajectory.interval(pose.record);
-        let mounting = self
-            .scanner
-            .map_or(self.scene.campaign.scanner, |blocks| blocks.at(x));
         let u = scan.point(tie.row as usize);
         let moment = self.trajectory.moment(&pose, interval, chain);
         let normal = plane.normal + plane.normal.cross(&moment.attitude_error);
@@ -391,7 +445,7 @@ impl ReturnConditions<'_> {
         let turned = mounting.rotation * adjusted;
         let arm = pose.rotation * (turned + mounting.lever_arm_m);
         let point = moment.position_m + arm + moment.attitude_error.cross(&arm);
-        face.derive(x, &plane, &point, row);
+        plane.derive(&point, row);
         if let Some(blocks) = self.scanner {
             row.extend(x.offset(blocks.rotation), turned.cross(&in_body).as_slice());
             row.extend(x.offset(blocks.lever_arm), in_body.as_slice());
@@ -402,18 +456,11 @@ impl ReturnConditions<'_> {
     }
 
     /// A return that came already georeferenced: isotropic noise, no trajectory.
-    fn fill_fixed(
-        &self,
-        point: &Vector3<f64>,
-        face: &FacePlane,
-        plane: &Plane,
-        x: &ParameterSet,
-        row: &mut Row,
-    ) {
+    fn fill_fixed(&self, point: &Vector3<f64>, plane: &Plane, row: &mut Row) {
         row.variance = self.scene.campaign.laser.noise.point_m.powi(2);
         row.misclosure = plane.normal.dot(point) - plane.distance_m;
         let adjusted = point - plane.normal * row.misclosure;
-        face.derive(x, plane, &adjusted, row);
+        plane.derive(&adjusted, row);
     }
 }
 
@@ -450,8 +497,26 @@ impl Conditions for ReturnConditions<'_> {
     }
 
     fn linearise(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) {
-        if self.fill(k, x, chain, row).is_none() {
-            row.misclosure = f64::NAN;
+        self.linearise_range(k..k + 1, x, chain, std::slice::from_mut(row));
+    }
+
+    fn linearise_range(
+        &self,
+        range: Range<usize>,
+        x: &ParameterSet,
+        chain: Option<&ChainState>,
+        rows: &mut [Row],
+    ) {
+        let mounting = self.mounting(x);
+        let mut planes = Planes::new(self.planes, x);
+        for (tie, row) in self.ties[range].iter().zip(rows) {
+            row.clear();
+            if self
+                .fill(*tie, (&mounting, &mut planes), chain, row)
+                .is_none()
+            {
+                row.misclosure = f64::NAN;
+            }
         }
     }
 }

@@ -127,6 +127,8 @@ pub struct JointConfig {
     pub max_sigma_deg: f64,
     /// An offset whose standard deviation exceeds this (metres) is refused.
     pub max_sigma_m: f64,
+    /// Iterate the variance components of soundings and returns (several more adjustments); the one-step figures otherwise.
+    pub variance_components: bool,
     /// Solve the simple model (planes fixed, drift off) as well, for comparison.
     pub simple: bool,
 }
@@ -145,6 +147,7 @@ impl Default for JointConfig {
             prior: MountingPrior::default(),
             max_sigma_deg: 1.0,
             max_sigma_m: 0.5,
+            variance_components: false,
             simple: false,
         }
     }

@@ -1,5 +1,9 @@
 //! The joint path: angles, lever arm, planes and trajectory errors in one Gauss-Helmert adjustment (mathematics section 5).
 
+mod predict;
+
+pub use predict::{Information, information, predict};
+
 use nalgebra::{DMatrix, Matrix6, Vector3};
 
 use super::conditions::{
@@ -9,11 +13,13 @@ use super::config::{Drift, JointConfig, KernelName, Planes};
 use super::coverage::Coverage;
 use super::planes::{self, GroupPlanes};
 use super::scene::Scene;
-use super::ties::{Association, Corrected, TieSet, TrajectoryVariance, tie_returns, tie_soundings};
+use super::ties::{
+    Among, Association, Corrected, TieSet, TrajectoryVariance, tie_returns, tie_soundings,
+};
 use crate::adjust::{
     AdjustError, Block, BlockId, ChainModel, Component, Estimate, Kernel, Limits, Observability,
     Options, ParameterSet, Problem, Process, ProcessKind, Quality, QualityOptions, Solution,
-    Source, Status, Unit, observability, snoop, solve,
+    Source, Status, Unit, VarianceComponent, observability, snoop, solve, variance_components,
 };
 use crate::geometry::plane::Plane;
 use crate::geometry::rotation;
@@ -33,8 +39,14 @@ const STABLE_SIGMAS: f64 = 0.01;
 
 /// Or when fewer than one tie in this many changed: the last adjustment runs with the changed ones.
 const STABLE_SHARE: usize = 500;
+/// The first round only brings the estimate near: of more ties than this it takes evenly chosen ones.
+const FIRST_ROUND_TIES: usize = 25_000;
+/// The last adjustment has converged when nothing moves by more than this in its own sigma.
+const LAST_STEP_SIGMAS: f64 = 0.01;
 /// Rounds of data snooping at the most.
 const MOST_SNOOPS: usize = 1;
+/// Rounds of variance components at the most.
+const MOST_COMPONENT_ROUNDS: usize = 20;
 /// Conditions with the largest normalised residuals that are listed.
 const WORST: usize = 1000;
 
@@ -100,8 +112,19 @@ pub struct Judgement {
     pub snooped: usize,
     /// What the faces' directions determine, the boat's motion aside.
     pub coverage: Coverage,
+    /// Iterated variance components, where they were asked for.
+    pub components: Option<Components>,
     /// Raw rows of the worst conditions, in the order of [`Quality::worst`]: group and row.
     pub worst_rows: Vec<(u16, u32)>,
+}
+
+/// Iterated variance components by observation group (Förstner 1979).
+#[derive(Clone, Debug)]
+pub struct Components {
+    /// One per group, in order.
+    pub groups: Vec<VarianceComponent>,
+    /// Whether they stood still within 1 %.
+    pub converged: bool,
 }
 
 impl JointOutcome {
@@ -162,12 +185,16 @@ impl Epochs {
     ) -> Result<Self, AdjustError> {
         let trajectory = &scene.trajectory;
         let mut needed = vec![false; trajectory.len()];
+        let times_s = trajectory.times_s();
         let mut mark = |time_s: f64| {
-            for time_s in [time_s - reach_s, time_s, time_s + reach_s] {
-                if let Ok(record) = trajectory.record_before(time_s) {
-                    needed[record] = true;
-                    needed[record + 1] = true;
-                }
+            if let Ok(record) = trajectory.record_before(time_s) {
+                needed[record..record + 2].fill(true);
+            }
+            if reach_s > 0.0 {
+                let first = times_s.partition_point(|t| *t <= time_s - reach_s);
+                let last = times_s.partition_point(|t| *t <= time_s + reach_s);
+                let end = (last + 1).min(times_s.len());
+                needed[first.saturating_sub(1)..end].fill(true);
             }
         };
         if scene.laser_uses_trajectory() {
@@ -265,7 +292,9 @@ pub fn run(
             ties.soundings.ties.len()
         ));
         let before = blocks.mounting.at(&estimate.parameters);
-        let solution = frame.with_problem(&ties, &estimate.parameters.clone(), |problem| {
+        let thinned = (rounds.is_empty() && ties.are_many()).then(|| ties.thinned());
+        let used = thinned.as_ref().unwrap_or(&ties);
+        let solution = frame.with_problem(used, &estimate.parameters.clone(), |problem| {
             solve(problem, estimate, &passing(config))
         })?;
         if !solution.status.was_successful() && solution.status != Status::Stalled {
@@ -289,6 +318,7 @@ pub fn run(
         });
         let stable = all <= (ties.soundings.ties.len() + ties.returns.ties.len()) / STABLE_SHARE
             || (step < STABLE_SIGMAS && rounds.len() > 1);
+        let stable = stable && !(rounds.len() == 1 && ties.are_many());
         if stable || rounds.len() >= MOST_ROUNDS {
             progress("joint path: data snooping and quality");
             return frame.judged(solution, again, rounds, stable);
@@ -355,7 +385,8 @@ impl Frame<'_> {
             0 => (SOUNDINGS, ties.soundings.ties[k].row),
             _ => (RETURNS, ties.returns.ties[k].row),
         };
-        let judgement = Judgement {
+        let mut judgement = Judgement {
+            components: None,
             worst_rows: snooped
                 .quality
                 .worst
@@ -376,7 +407,31 @@ impl Frame<'_> {
         };
         drop_snooped(&mut ties.soundings, snooped.ignored.first());
         drop_snooped(&mut ties.returns, snooped.ignored.get(1));
+        judgement.components = self.components(&ties, &snooped.solution.estimate)?;
         Ok(self.outcome(snooped.solution, ties, rounds, stable, Some(judgement)))
+    }
+
+    /// Iterated variance components of the ties that data snooping left, by plain least squares: a kernel shortens the tails and
+    /// with them the components.
+    fn components(
+        &self,
+        ties: &Ties,
+        estimate: &Estimate,
+    ) -> Result<Option<Components>, AdjustError> {
+        if !self.config.variance_components {
+            return Ok(None);
+        }
+        let plain = Options {
+            kernel: Kernel::LeastSquares,
+            ..passing(self.config)
+        };
+        let found = self.with_problem(ties, &estimate.parameters, |problem| {
+            variance_components(problem, estimate.clone(), &plain, MOST_COMPONENT_ROUNDS)
+        })?;
+        Ok(Some(Components {
+            groups: found.components,
+            converged: found.converged,
+        }))
     }
 
     /// Builds the problem of these ties and hands it to `then`.
@@ -429,49 +484,6 @@ impl Frame<'_> {
     }
 }
 
-/// Covariance of the six parameters (order of [`SIX`]; rad, m) that these ties promise at the start, before anything is solved:
-/// one linearisation.
-///
-/// # Errors
-/// [`AdjustError`] from the engine.
-pub fn predict(
-    scene: &Scene,
-    start: &JointStart,
-    patches: &Patches,
-    config: &JointConfig,
-) -> Result<(Matrix6<f64>, usize), AdjustError> {
-    let epochs = Epochs::number(scene, start.returns, start.candidates, 0.0)?;
-    let (parameters, blocks) = parameters(scene, start, config)?;
-    let frame = Frame {
-        scene,
-        start,
-        config,
-        epochs: &epochs,
-        blocks: &blocks,
-    };
-    let estimate = Estimate::new(parameters);
-    let wide = Association {
-        gate_sigmas: config.gate_sigma,
-        corrected: None,
-    };
-    let soundings = frame.associate_soundings(patches, &estimate, &wide);
-    let ties = Ties {
-        soundings,
-        returns: frame.known(start.returns.clone()),
-    };
-    let once = Options {
-        max_iterations: 1,
-        ..options(config)
-    };
-    let solution = frame.with_problem(&ties, &estimate.parameters.clone(), |problem| {
-        solve(problem, estimate, &once)
-    })?;
-    Ok((
-        six_covariance(&solution, &blocks),
-        ties.soundings.ties.len(),
-    ))
-}
-
 /// Options of the adjustments before the last: their cofactors only measure steps.
 fn passing(config: &JointConfig) -> Options {
     Options {
@@ -493,6 +505,7 @@ fn options(config: &JointConfig) -> Options {
     };
     Options {
         kernel,
+        step_tolerance_sigmas: LAST_STEP_SIGMAS,
         ..Options::default()
     }
 }
@@ -702,6 +715,20 @@ struct Ties {
     returns: TieSet,
 }
 
+impl Ties {
+    fn are_many(&self) -> bool {
+        self.soundings.ties.len().max(self.returns.ties.len()) > FIRST_ROUND_TIES
+    }
+
+    /// Evenly chosen ties of both sensors.
+    fn thinned(&self) -> Self {
+        Self {
+            soundings: self.soundings.thinned(FIRST_ROUND_TIES),
+            returns: self.returns.thinned(FIRST_ROUND_TIES),
+        }
+    }
+}
+
 /// The faces as each sensor sees them, on their planes as currently known.
 #[derive(Debug)]
 pub struct Surfaces {
@@ -750,7 +777,7 @@ impl Frame<'_> {
                 tie_returns(
                     self.scene,
                     &surfaces.laser,
-                    Some(self.start.returns),
+                    Among::Tied(self.start.returns),
                     &association,
                 )
             }

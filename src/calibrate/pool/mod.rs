@@ -12,11 +12,13 @@
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
 //! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
+//! | [`designed`] | what a pass would tell whose mounting and target are known |
 
 pub mod apply;
 pub mod conditions;
 pub mod config;
 pub mod coverage;
+pub mod designed;
 pub mod joint;
 pub mod planes;
 pub mod preview;
@@ -28,5 +30,6 @@ pub mod ties;
 pub mod verdict;
 
 pub use config::{JointConfig, SequentialConfig};
+pub use designed::DesignedPass;
 pub use run::{Method, PoolError, PoolInput, PoolOutcome, calibrate, calibrate_with};
 pub use scene::Scene;

@@ -62,6 +62,8 @@ pub struct Predicted {
     pub sigmas: SixSigmas,
     /// Those beyond the configured limits, with their sigma: not determined.
     pub undetermined: Vec<String>,
+    /// Correlation of yaw and the along-track lever arm.
+    pub yaw_ly: f64,
     /// Pairs correlated beyond 0.95, with the correlation.
     pub inseparable: Vec<(&'static str, &'static str, f64)>,
 }
@@ -69,9 +71,10 @@ pub struct Predicted {
 impl Predicted {
     fn of(covariance: &Matrix6<f64>, coverage: &Coverage, input: &PoolInput) -> Self {
         let sigma = |i: usize| covariance[(i, i)].sqrt();
+        let correlation = |i: usize, j: usize| covariance[(i, j)] / (sigma(i) * sigma(j));
         let pairs = (0..6).flat_map(|i| (i + 1..6).map(move |j| (i, j)));
         let correlated = pairs.filter_map(|(i, j)| {
-            let r = covariance[(i, j)] / (sigma(i) * sigma(j));
+            let r = correlation(i, j);
             (r.abs() > 0.95).then_some((SIX[i], SIX[j], r))
         });
         Self {
@@ -83,6 +86,7 @@ impl Predicted {
                 ly_m: sigma(4),
                 lz_m: sigma(5),
             },
+            yaw_ly: correlation(2, 4),
             undetermined: undetermined_by(covariance, coverage.uncovered(), input),
             inseparable: correlated.collect(),
         }
@@ -143,9 +147,13 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
             candidates: &near,
         };
         if refusal.is_none() {
-            let (covariance, _) = joint::predict(&scene, &start, &patches, input.joint)?;
-            let coverage = Coverage::of(&scene, &soundings.ties, &rough.mounting);
-            predicted = Some(Predicted::of(&covariance, &coverage, input));
+            match joint::predict(&scene, &start, &patches, input.joint) {
+                Ok((covariance, _)) => {
+                    let coverage = Coverage::of(&scene, &soundings.ties, &rough.mounting);
+                    predicted = Some(Predicted::of(&covariance, &coverage, input));
+                }
+                Err(error) => refusal = Some(Refusal::failed(&error)),
+            }
         }
         passes = split(&scene, &soundings);
     }
@@ -161,7 +169,7 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
     let advice = if refusal.is_some() {
         vec![]
     } else {
-        advice(&seen, &passes, campaign, input.joint)
+        advice(&seen, &passes, predicted.as_ref(), campaign, input.joint)
     };
     Ok(Preview {
         seen,
@@ -214,10 +222,11 @@ impl PassSpan {
     }
 }
 
-/// What would help, with the figures of the mathematics page, section 5.
+/// What would help; figures are those of this survey.
 fn advice(
     seen: &[(&str, Seen); 5],
     passes: &[PassSpan],
+    predicted: Option<&Predicted>,
     campaign: &Campaign,
     joint: &JointConfig,
 ) -> Vec<String> {
@@ -226,18 +235,11 @@ fn advice(
             .any(|(n, s)| *n == name && s.returns >= SEEN && s.soundings >= SEEN)
     };
     let held = |name: &str| joint.hold.iter().any(|h| h == name);
-    let mut advice = distance_advice(passes, joint);
+    let mut advice = distance_advice(passes, predicted, joint);
     let inclined = (by_both("P1"), by_both("P3"));
     let level = by_both("horizontal");
-    if inclined == (false, false) && !level {
-        advice.push("only the wall is seen by both sensors: it determines roll and the off-wall lever arm, hardly pitch (0.3 deg), not yaw (5 deg) \
-            nor the along-track lever arm (0.45 m); such a survey is refused. Blocks with inclined and horizontal faces are needed".to_owned());
-    } else if inclined == (false, false) {
-        advice.push("no inclined face (P1, P3) is seen by both sensors: wall and horizontal faces alone leave yaw at 2 deg and the along-track \
-            lever arm at 0.19 m".to_owned());
-    } else if inclined != (true, true) {
-        let missing = if inclined.0 { "P3" } else { "P1" };
-        advice.push(format!("{missing} is not seen by both sensors: yaw is about 1.6 times worse, and the sequential path cannot run"));
+    if let Some(sentence) = inclined_advice(inclined, level, predicted) {
+        advice.push(sentence);
     }
     if !level && !held("lz") && joint.prior.lz_sigma_m.is_none() {
         advice.push("no horizontal face is seen by both sensors: the vertical lever arm is lost; measure it and give [joint] hold = [\"lz\"] or \
@@ -252,8 +254,44 @@ fn advice(
     advice
 }
 
+/// What is missing without inclined faces.
+fn inclined_advice(
+    inclined: (bool, bool),
+    level: bool,
+    predicted: Option<&Predicted>,
+) -> Option<String> {
+    let figures = predicted.map_or_else(String::new, |p| {
+        format!(
+            " (here only the boat's motion holds pitch to {:.2} deg, yaw to {:.2} deg and the along-track lever arm to {:.2} m)",
+            p.sigmas.pitch_deg, p.sigmas.yaw_deg, p.sigmas.ly_m
+        )
+    });
+    match (inclined, level) {
+        ((true, true), _) => None,
+        ((false, false), false) => Some(format!(
+            "only the wall is seen by both sensors: it determines roll and the off-wall lever arm, neither pitch and yaw nor the \
+             along-track and the vertical lever arm{figures}; such a survey is refused. Blocks with inclined and horizontal faces are needed"
+        )),
+        ((false, false), true) => Some(
+            "no inclined face (P1, P3) is seen by both sensors: wall and horizontal faces alone do not look along the track, so yaw and the \
+             along-track lever arm are lost"
+                .to_owned(),
+        ),
+        ((found, _), _) => {
+            let missing = if found { "P3" } else { "P1" };
+            Some(format!(
+                "{missing} is not seen by both sensors: yaw is weaker, and the sequential path cannot run"
+            ))
+        }
+    }
+}
+
 /// Passes at one distance hold yaw and along-track arm together, and range scale and off-wall arm.
-fn distance_advice(passes: &[PassSpan], joint: &JointConfig) -> Vec<String> {
+fn distance_advice(
+    passes: &[PassSpan],
+    predicted: Option<&Predicted>,
+    joint: &JointConfig,
+) -> Vec<String> {
     let means = || passes.iter().map(|p| p.distance_m.1);
     let (low, high) = (
         means().fold(f64::INFINITY, f64::min),
@@ -263,10 +301,14 @@ fn distance_advice(passes: &[PassSpan], joint: &JointConfig) -> Vec<String> {
     if passes.is_empty() || high > ONE_DISTANCE * low {
         return advice;
     }
+    let correlation = predicted
+        .filter(|p| p.yaw_ly.is_finite())
+        .map_or_else(String::new, |p| {
+            format!(" (correlation {:+.3} here)", p.yaw_ly)
+        });
     advice.push(format!(
-        "all passes run at about {low:.1} m from the wall: yaw and the along-track lever arm are nearly inseparable (correlation about -0.99); a \
-         pass at another distance, such as {:.0} m, makes yaw some 8 times and the along-track arm some 5 times better, while repeating a pass \
-         gains only a factor of 1.4",
+        "all passes run at about {low:.1} m from the wall: yaw and the along-track lever arm are hard to separate{correlation}; a pass at \
+         another distance, such as {:.0} m, separates them, while repeating a pass gains no more than the square root of two",
         1.8 * low
     ));
     if joint.range_scale {
@@ -296,11 +338,11 @@ mod tests {
             range_scale: true,
             ..JointConfig::default()
         };
-        let one = distance_advice(&[pass(5.0), pass(5.3)], &joint);
+        let one = distance_advice(&[pass(5.0), pass(5.3)], None, &joint);
         assert!(
-            one.len() == 2 && one[0].contains("inseparable") && one[1].contains("range_scale"),
+            one.len() == 2 && one[0].contains("hard to separate") && one[1].contains("range_scale"),
             "{one:?}"
         );
-        assert!(distance_advice(&[pass(5.0), pass(9.0)], &joint).is_empty());
+        assert!(distance_advice(&[pass(5.0), pass(9.0)], None, &joint).is_empty());
     }
 }

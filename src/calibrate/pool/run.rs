@@ -11,9 +11,8 @@ use super::sequential::{
     self, FaceSoundings, HorizontalReturns, HorizontalSoundings, RoleSoundings, ScannerPlanes,
     SequentialError,
 };
-use super::ties::{self, Association, Tie, TieSet};
+use super::ties::{self, Among, Association, Tie, TieSet};
 use super::verdict::Refusal;
-use crate::adjust::AdjustError;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::{Plane, PlaneFit};
 use crate::georef::{RayError, georeference};
@@ -81,9 +80,6 @@ pub enum PoolError {
     /// The sound speed cannot be used.
     #[error("sound speed: {0}")]
     SoundSpeed(#[from] RayError),
-    /// The engine refused its input.
-    #[error("adjustment: {0}")]
-    Adjust(#[from] AdjustError),
 }
 
 /// Gate of the first, wide association of returns, in sigmas: the target's planes are known from its design only.
@@ -114,14 +110,14 @@ impl Scanned {
             input.campaign.water_level_m,
             &origins,
         );
-        let tie = |laser: &Patches, gate| {
-            ties::tie_returns(scene, laser, None, &Association::before(gate))
+        let tie = |laser: &Patches, among, gate| {
+            ties::tie_returns(scene, laser, among, &Association::before(gate))
         };
-        let wide = tie(&laser, WIDE * input.joint.gate_sigma);
+        let wide = tie(&laser, Among::All, WIDE * input.joint.gate_sigma);
         let planes = planes::extract(scene, &wide, input.seed);
         let fitted: Vec<Option<Plane>> = planes.iter().map(|p| p.map(|p| p.fit.plane)).collect();
         planes::apply(&mut laser, scene, &fitted);
-        let returns = tie(&laser, input.joint.gate_sigma);
+        let returns = tie(&laser, Among::AllLike(&wide), input.joint.gate_sigma);
         Self {
             laser,
             wide,
@@ -215,57 +211,46 @@ pub fn calibrate_with<'a>(
         outcome.further = again.collect();
     }
     if input.method != Method::Sequential {
-        run_joint(
-            input,
-            &mut outcome,
-            &mut surfaces,
-            &rough,
-            &candidates,
-            progress,
-        )?;
+        let start = JointStart {
+            mounting: rough.mounting,
+            planes: &outcome.planes,
+            returns: &outcome.returns,
+            candidates: &candidates,
+        };
+        let found = run_joint(input, &outcome.scene, &start, &mut surfaces, progress);
+        (outcome.joint, outcome.simple, outcome.refusal) = found;
     }
-    outcome.refusal = Refusal::of_solution(&outcome, input);
+    outcome.refusal = outcome
+        .refusal
+        .take()
+        .or_else(|| Refusal::of_solution(&outcome, input));
     Ok(outcome)
 }
 
+/// The rigorous joint path, the simple one where it was asked for, and why there is no rigorous one.
 fn run_joint(
     input: &PoolInput,
-    outcome: &mut PoolOutcome,
+    scene: &Scene,
+    start: &JointStart,
     surfaces: &mut Surfaces,
-    rough: &RoughMounting,
-    candidates: &[u32],
     progress: &(dyn Fn(&str) + Sync),
-) -> Result<(), PoolError> {
-    let start = JointStart {
-        mounting: rough.mounting,
-        planes: &outcome.planes,
-        returns: &outcome.returns,
-        candidates,
-    };
+) -> (Option<JointOutcome>, Option<JointOutcome>, Option<Refusal>) {
     progress("joint path: angles, lever arm, planes and drift together");
-    outcome.joint = Some(joint::run(
-        &outcome.scene,
-        &start,
-        surfaces,
-        input.joint,
-        progress,
-    )?);
-    if input.joint.simple {
-        progress("simple joint model: planes fixed, drift off");
-        let simple = JointConfig {
-            planes: Planes::Fixed,
-            drift: Drift::Off,
-            ..input.joint.clone()
-        };
-        outcome.simple = Some(joint::run(
-            &outcome.scene,
-            &start,
-            surfaces,
-            &simple,
-            progress,
-        )?);
+    let rigorous = match joint::run(scene, start, surfaces, input.joint, progress) {
+        Ok(found) => found,
+        Err(error) => return (None, None, Some(Refusal::failed(&error))),
+    };
+    if !input.joint.simple {
+        return (Some(rigorous), None, None);
     }
-    Ok(())
+    progress("simple joint model: planes fixed, drift off");
+    let simple = JointConfig {
+        planes: Planes::Fixed,
+        drift: Drift::Off,
+        ..input.joint.clone()
+    };
+    let simple = joint::run(scene, start, surfaces, &simple, progress);
+    (Some(rigorous), simple.ok(), None)
 }
 
 /// A tied sounding as the reference path uses it again in every pass.
@@ -356,11 +341,7 @@ fn scanner_planes(outcome: &PoolOutcome) -> Result<ScannerPlanes, SequentialErro
                 target.design_offset_m(f),
             ))
         });
-        found.ok_or(SequentialError::TooFewSoundings {
-            plane,
-            found: 0,
-            expected: 20,
-        })
+        found.ok_or(SequentialError::NoScannerPlane { plane })
     };
     let mut sums = vec![(0usize, Vector3::zeros()); target.faces.len()];
     for tie in &outcome.returns.ties {

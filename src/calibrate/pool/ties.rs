@@ -52,6 +52,16 @@ impl TieSet {
         self.ties.len().max(other.ties.len()) - same
     }
 
+    /// At most `most` of the ties, evenly chosen.
+    #[must_use]
+    pub fn thinned(&self, most: usize) -> Self {
+        let stride = self.ties.len().div_ceil(most).max(1);
+        Self {
+            ties: self.ties.iter().step_by(stride).copied().collect(),
+            rejected: self.rejected.clone(),
+        }
+    }
+
     /// Number of ties on faces that `keep`.
     #[must_use]
     pub fn count(&self, keep: impl Fn(usize) -> bool) -> usize {
@@ -77,6 +87,12 @@ impl TrajectoryVariance {
             level_rad2: noise.roll_pitch_rad.powi(2),
             heading_rad2: noise.heading_rad.powi(2) + drift * noise.heading_drift_rad.powi(2),
         }
+    }
+
+    /// Largest variance along any unit normal of a point `arm_m` away from the INS, square metres.
+    #[must_use]
+    pub fn at_most(&self, arm_m: f64) -> f64 {
+        self.position_m2 + self.level_rad2.max(self.heading_rad2) * arm_m * arm_m
     }
 
     /// Variance along a unit normal, given d(n.X)/d(attitude) (metres per radian), square metres.
@@ -185,60 +201,114 @@ pub fn sounding_variance(noise: &SonarNoise, gain: &Vector3<f64>) -> f64 {
         + (gain.z * noise.along_rad).powi(2)
 }
 
-/// Ties laser returns: all of them, or those of an earlier association.
+/// Limits of the tie of a point whose own noise has the variance `own_m2` at the most, `spread_m2` the INS's position, and which
+/// lies `arm` away from the INS.
+fn gate(
+    sigmas: f64,
+    own_m2: f64,
+    spread_m2: f64,
+    trajectory: &TrajectoryVariance,
+    arm: &Vector3<f64>,
+) -> Gate {
+    Gate {
+        sigmas,
+        largest_sigma_m: (own_m2 + trajectory.at_most(arm.norm())).sqrt(),
+        margin_m: (MARGIN_SIGMAS * (own_m2 + spread_m2).sqrt()).max(LEAST_MARGIN_M),
+    }
+}
+
+/// Which rows are tied, and what is known of them.
+#[derive(Clone, Copy, Debug)]
+pub enum Among<'a> {
+    /// All; nothing is known.
+    All,
+    /// All; those of an earlier association are probably where they were.
+    AllLike(&'a TieSet),
+    /// Only those of an earlier association.
+    Tied(&'a TieSet),
+}
+
+impl Among<'_> {
+    fn count(&self, all: usize) -> usize {
+        match self {
+            Self::All | Self::AllLike(_) => all,
+            Self::Tied(set) => set.ties.len(),
+        }
+    }
+
+    /// Rows and the faces they were tied to, from the `i`-th on.
+    fn from(&self, i: usize) -> impl Iterator<Item = (usize, Option<u16>)> + '_ {
+        let ties: &[Tie] = match self {
+            Self::All => &[],
+            Self::AllLike(set) => &set.ties[set.ties.partition_point(|t| (t.row as usize) < i)..],
+            Self::Tied(set) => &set.ties[i..],
+        };
+        let only_tied = matches!(self, Self::Tied(_));
+        let (mut ties, mut row) = (ties.iter().peekable(), i);
+        std::iter::from_fn(move || {
+            if only_tied {
+                return ties.next().map(|t| (t.row as usize, Some(t.face)));
+            }
+            row += 1;
+            let known = ties.next_if(|t| t.row as usize == row - 1);
+            Some((row - 1, known.map(|t| t.face)))
+        })
+    }
+}
+
+/// Ties laser returns.
 #[must_use]
 pub fn tie_returns(
     scene: &Scene,
     patches: &Patches,
-    among: Option<&TieSet>,
+    among: Among,
     association: &Association,
 ) -> TieSet {
     let campaign = scene.campaign;
     let gate_sigmas = association.gate_sigmas;
-    let spread_m = TrajectoryVariance::new(&campaign.trajectory.noise, true)
-        .position_m2
-        .sqrt();
+    let spread_m2 = TrajectoryVariance::new(&campaign.trajectory.noise, true).position_m2;
     let trajectory = association.variance(&campaign.trajectory.noise);
     let noise = &campaign.laser.noise;
-    let count = among.map_or(campaign.laser.len(), |a| a.ties.len());
-    let mut set = collect(count, |i| {
-        let j = among.map_or(i, |a| a.ties[i].row as usize);
-        let hint = among.map(|a| a.ties[i].face);
-        if let Some(point) = scene.laser_fixed_point(j) {
-            let ray = scene.laser_point(j).map_or(Vector3::x(), |p| p.1);
-            let gate = Gate {
-                sigmas: gate_sigmas,
-                margin_m: (MARGIN_SIGMAS * noise.point_m).max(LEAST_MARGIN_M),
+    let count = among.count(campaign.laser.len());
+    let mut set = collect(
+        count,
+        |i| among.from(i),
+        |(j, known), before| {
+            let hint = known.or(before);
+            if let Some(point) = scene.laser_fixed_point(j) {
+                let ray = scene.laser_point(j).map_or(Vector3::x(), |p| p.1);
+                let gate = Gate {
+                    sigmas: gate_sigmas,
+                    largest_sigma_m: noise.point_m,
+                    margin_m: (MARGIN_SIGMAS * noise.point_m).max(LEAST_MARGIN_M),
+                };
+                return (
+                    j as u32,
+                    Some(patches.assign(&point, &ray, &gate, hint, |_| noise.point_m)),
+                );
+            }
+            let Ok(pose) = scene.trajectory.pose_at(campaign.laser.time_s[j]) else {
+                return (j as u32, None);
             };
-            return (
-                j as u32,
-                Some(patches.assign(&point, &ray, &gate, hint, |_| noise.point_m)),
-            );
-        }
-        let Ok(pose) = scene.trajectory.pose_at(campaign.laser.time_s[j]) else {
-            return (j as u32, None);
-        };
-        let pose = association.pose(pose);
-        let u = campaign.laser.point(j);
-        let turned = campaign.scanner.rotation * u;
-        let point = pose.position_m + pose.rotation * (turned + campaign.scanner.lever_arm_m);
-        let spread = noise
-            .range_m
-            .hypot(noise.angle_rad * u.norm())
-            .hypot(spread_m);
-        let gate = Gate {
-            sigmas: gate_sigmas,
-            margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M),
-        };
-        let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, hint, |normal| {
-            let partials = along_normal(&pose, &campaign.scanner, &u, normal);
-            (return_variance(noise, &u, &partials.sensor) + trajectory.along(&partials.attitude))
-                .sqrt()
-        });
-        (j as u32, Some(verdict))
-    });
-    for (reason, n) in among.iter().flat_map(|a| &a.rejected) {
-        *set.rejected.entry(reason).or_default() += n;
+            let pose = association.pose(pose);
+            let u = campaign.laser.point(j);
+            let turned = campaign.scanner.rotation * u;
+            let arm = turned + campaign.scanner.lever_arm_m;
+            let point = pose.position_m + pose.rotation * arm;
+            let own_m2 = noise.range_m.powi(2) + noise.angle_rad.powi(2) * u.norm_squared();
+            let gate = gate(gate_sigmas, own_m2, spread_m2, &trajectory, &arm);
+            let verdict =
+                patches.assign(&point, &(pose.rotation * turned), &gate, hint, |normal| {
+                    let partials = along_normal(&pose, &campaign.scanner, &u, normal);
+                    (return_variance(noise, &u, &partials.sensor)
+                        + trajectory.along(&partials.attitude))
+                    .sqrt()
+                });
+            (j as u32, Some(verdict))
+        },
+    );
+    if let Among::Tied(before) = among {
+        set.reject_too(before);
     }
     set
 }
@@ -256,36 +326,33 @@ pub fn tie_soundings(
 ) -> TieSet {
     let campaign = scene.campaign;
     let gate_sigmas = association.gate_sigmas;
-    let spread_m = TrajectoryVariance::new(&campaign.trajectory.noise, true)
-        .position_m2
-        .sqrt();
+    let spread_m2 = TrajectoryVariance::new(&campaign.trajectory.noise, true).position_m2;
     let trajectory = association.variance(&campaign.trajectory.noise);
     let noise = &campaign.soundings.noise;
-    let mut set = collect(rows.len(), |i| {
-        let k = rows[i] as usize;
+    let from = |i: usize| rows[i..].iter().copied();
+    let mut set = collect(rows.len(), from, |row, before| {
+        let k = row as usize;
         let Some(pose) = scene.sounding_pose(k, latency_s) else {
-            return (rows[i], None);
+            return (row, None);
         };
         let Some(mut beam) = scene.beam(k, &pose, mounting) else {
-            return (rows[i], None);
+            return (row, None);
         };
         let pose = association.pose(pose);
         beam.range_m *= 1.0 + range_scale;
         let partials = beam.partials();
         let turned = mounting.rotation * partials.vector_m;
-        let point = pose.position_m + pose.rotation * (turned + mounting.lever_arm_m);
-        let swing = beam.range_m * noise.across_rad.hypot(noise.along_rad);
-        let spread = noise.range_m.hypot(swing).hypot(spread_m);
-        let gate = Gate {
-            sigmas: gate_sigmas,
-            margin_m: (MARGIN_SIGMAS * spread).max(LEAST_MARGIN_M),
-        };
-        let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, None, |normal| {
+        let arm = turned + mounting.lever_arm_m;
+        let point = pose.position_m + pose.rotation * arm;
+        let swing_rad2 = noise.across_rad.powi(2) + noise.along_rad.powi(2);
+        let own_m2 = noise.range_m.powi(2) + swing_rad2 * beam.range_m.powi(2);
+        let gate = gate(gate_sigmas, own_m2, spread_m2, &trajectory, &arm);
+        let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, before, |normal| {
             let p = along_normal(&pose, mounting, &partials.vector_m, normal);
             let gain = partials.jacobian.tr_mul(&p.sensor);
             (sounding_variance(noise, &gain) + trajectory.along(&p.attitude)).sqrt()
         });
-        (rows[i], Some(verdict))
+        (row, Some(verdict))
     });
     let far = campaign.soundings.len() - rows.len();
     *set.rejected.entry(NO_FACE).or_default() += far as u64;
@@ -294,14 +361,21 @@ pub fn tie_soundings(
 
 const NO_FACE: &str = "no face within the gate";
 
-/// Runs `judge` over all rows in parallel and sorts the verdicts, in order.
-fn collect(count: usize, judge: impl Fn(usize) -> (u32, Option<Verdict>) + Sync) -> TieSet {
+/// Runs `judge` over `count` rows in parallel and sorts the verdicts, in order; `from(i)` gives the rows from the `i`-th on. The
+/// judge is told the face of the last tie, where the next is likely to be.
+fn collect<R, I: Iterator<Item = R>>(
+    count: usize,
+    from: impl Fn(usize) -> I + Sync,
+    judge: impl Fn(R, Option<u16>) -> (u32, Option<Verdict>) + Sync,
+) -> TieSet {
     let parts: Vec<TieSet> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
         .map(|c| {
             let mut part = TieSet::default();
-            for i in c * CHUNK..((c + 1) * CHUNK).min(count) {
-                part.file(judge(i));
+            let length = CHUNK.min(count - c * CHUNK);
+            for row in from(c * CHUNK).take(length) {
+                let before = part.ties.last().map(|t| t.face);
+                part.file(judge(row, before));
             }
             part
         })
@@ -311,15 +385,20 @@ fn collect(count: usize, judge: impl Fn(usize) -> (u32, Option<Verdict>) + Sync)
         ..TieSet::default()
     };
     for part in parts {
+        all.reject_too(&part);
         all.ties.extend(part.ties);
-        for (reason, n) in part.rejected {
-            *all.rejected.entry(reason).or_default() += n;
-        }
     }
     all
 }
 
 impl TieSet {
+    /// Counts the rejected rows of another set too.
+    fn reject_too(&mut self, other: &Self) {
+        for (reason, n) in &other.rejected {
+            *self.rejected.entry(reason).or_default() += n;
+        }
+    }
+
     fn file(&mut self, (row, verdict): (u32, Option<Verdict>)) {
         let reason = match verdict {
             Some(Verdict::Tie(face)) => {

@@ -9,7 +9,7 @@ use super::planes::{self, GroupPlanes};
 use super::run::{Method, PoolInput, PoolOutcome};
 use super::scene::{RoughMounting, Scene};
 use super::ties::TieSet;
-use crate::adjust::Status;
+use crate::adjust::{AdjustError, Status};
 use crate::target::Role;
 
 /// Smallest share of the laser points near the target that lies on its faces.
@@ -135,6 +135,14 @@ impl fmt::Display for Refusal {
 }
 
 impl Refusal {
+    /// The engine could not go on: found by solving, so a refusal and not a fault of the input.
+    #[must_use]
+    pub fn failed(error: &AdjustError) -> Self {
+        Self::NotSolved {
+            how: error.to_string(),
+        }
+    }
+
     /// The kind of refusal as one word, for counting.
     #[must_use]
     pub fn code(&self) -> &'static str {

@@ -17,6 +17,14 @@ pub enum SequentialError {
         /// Soundings needed.
         expected: usize,
     },
+    /// The target has no such face, or the scanner did not see enough of it for a plane.
+    #[error(
+        "reference path: the scanner gives no plane {plane} (no such face above the water, or fewer than 30 returns on it), expected one to compare the soundings with"
+    )]
+    NoScannerPlane {
+        /// "P1", "P2" or "P3".
+        plane: &'static str,
+    },
     /// The scanner saw no horizontal face.
     #[error(
         "reference path: the scanner has no returns on horizontal faces, expected at least one face for the height offset"

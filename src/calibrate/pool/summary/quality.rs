@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::config::{Drift, KernelName};
-use super::super::joint::{JointOutcome, Judgement, RETURNS, SIX, SOUNDINGS};
+use super::super::joint::{Components, JointOutcome, Judgement, RETURNS, SIX, SOUNDINGS};
 use super::super::run::{PoolInput, PoolOutcome};
 use crate::adjust::{self, ConditionTest, Direction, ParameterSet, Unit};
 use crate::results::{
@@ -48,36 +48,70 @@ pub fn quality_of(
                 "a robust kernel reweights the residuals, so the chi-square interval does not hold exactly".to_owned()
             },
         },
-        groups: judgement.quality.groups.iter().map(group).collect(),
+        groups: judgement
+            .quality
+            .groups
+            .iter()
+            .map(|g| group(g, judgement.components.as_ref()))
+            .collect(),
         priors: priors(joint, outcome, input),
         reliability: reliability(judgement, outcome),
         observability: observability(judgement, joint),
     })
 }
 
-fn group(g: &adjust::GroupQuality) -> GroupQuality {
+fn group(g: &adjust::GroupQuality, components: Option<&Components>) -> GroupQuality {
     let name = match g.group {
         SOUNDINGS => "multibeam range and angles",
         RETURNS => "laser range and angle",
         _ => "other",
     };
-    let estimated = g.redundancy >= ENOUGH;
-    let component = g.omega / g.redundancy;
+    let (component, note) = component(g, components);
     GroupQuality {
         name: name.to_owned(),
         observations: g.conditions as u64,
         redundancy: g.redundancy,
-        variance_component: estimated.then_some(component),
-        standard_deviation: estimated.then(|| component * (2.0 / g.redundancy).sqrt()),
-        note: if estimated {
-            "one component for range and angles together: they share each condition".to_owned()
+        variance_component: component.map(|c| c.0),
+        standard_deviation: component.map(|c| c.1),
+        note,
+    }
+}
+
+/// A group's variance component with its standard deviation, and how it came about.
+fn component(
+    g: &adjust::GroupQuality,
+    components: Option<&Components>,
+) -> (Option<(f64, f64)>, String) {
+    const TOGETHER: &str = "for range and angles together: they share each condition";
+    let iterated = components.and_then(|c| {
+        let found = c
+            .groups
+            .iter()
+            .find(|v| v.group == g.group && v.estimated)?;
+        let how = if c.converged {
+            "iterated"
         } else {
-            format!(
+            "iterated, still changing by more than 1 % at the last round"
+        };
+        let note = format!("{how}, by least squares without a kernel; {TOGETHER}");
+        Some((Some((found.factor, found.sigma)), note))
+    });
+    let one_step = || {
+        if g.redundancy < ENOUGH {
+            let note = format!(
                 "held at 1: redundancy {:.0} is below {ENOUGH}",
                 g.redundancy
-            )
-        },
-    }
+            );
+            return (None, note);
+        }
+        let factor = g.omega / g.redundancy;
+        let sigma = factor * (2.0 / g.redundancy).sqrt();
+        let note = format!(
+            "one step: weighted squares by redundancy of the last adjustment, kernel included; {TOGETHER}"
+        );
+        (Some((factor, sigma)), note)
+    };
+    iterated.unwrap_or_else(one_step)
 }
 
 /// Every prior that entered as an observation, blocks and trajectory.
@@ -294,4 +328,39 @@ fn direction(d: &Direction, x: &ParameterSet) -> Option<WeakDirection> {
         ),
         combination: parts.clone(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adjust::VarianceComponent;
+
+    #[test]
+    fn a_component_says_how_it_came_about() {
+        let g = adjust::GroupQuality {
+            group: SOUNDINGS,
+            redundancy: 200.0,
+            omega: 180.0,
+            ..adjust::GroupQuality::default()
+        };
+        let (one_step, note) = component(&g, None);
+        assert!(note.starts_with("one step") && one_step == Some((0.9, 0.9 * 0.1)));
+        let iterated = Components {
+            groups: vec![VarianceComponent {
+                group: SOUNDINGS,
+                factor: 1.2,
+                sigma: 0.12,
+                redundancy: 200.0,
+                estimated: true,
+            }],
+            converged: false,
+        };
+        let (found, note) = component(&g, Some(&iterated));
+        assert!(note.contains("still changing") && found == Some((1.2, 0.12)));
+        let few = adjust::GroupQuality {
+            redundancy: 5.0,
+            ..g
+        };
+        assert_eq!(component(&few, None).0, None);
+    }
 }
