@@ -363,13 +363,14 @@ fn honesty(s: &PathStatistics) -> String {
     text
 }
 
-/// The sources with the largest share of any parameter, and the remainder.
+/// The sources with the largest share of any parameter, then the remainder and the interaction.
 fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     let largest = |share: &SourceShare| {
         let six = share.share.as_ref().map(super::format::in_order);
         six.map_or(0.0, |six| six.into_iter().fold(0.0, f64::max))
     };
-    let is_source = |s: &&SourceShare| s.source != "remainder" && s.share.is_some();
+    let is_rest = |s: &&SourceShare| ["remainder", "interaction"].contains(&s.source.as_str());
+    let is_source = |s: &&SourceShare| !is_rest(s) && s.share.is_some();
     let mut sources: Vec<&SourceShare> = path.shares.iter().filter(is_source).collect();
     sources.sort_by(|a, b| largest(b).total_cmp(&largest(a)));
     if sources.is_empty() {
@@ -377,7 +378,7 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     }
     let left_out = sources.len().saturating_sub(SHOWN);
     sources.truncate(SHOWN);
-    sources.extend(path.shares.iter().filter(|s| s.source == "remainder"));
+    sources.extend(path.shares.iter().filter(is_rest));
     let mut table = ruled_table();
     let names = ROWS.iter().map(|row| row.name.to_owned());
     table.set_header(["share of variance, %".to_owned()].into_iter().chain(names));

@@ -172,7 +172,8 @@ pub enum Origin {
 /// What one source does to a path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SourceShare {
-    /// A source's name, `nothing` (the method's own error without any source) or `remainder` (together minus the sum).
+    /// A source's name, `nothing` (the method's own error without any source), `remainder` (together's variance minus the sum of
+    /// the sources') or `interaction` (together's error minus the sum of the sources', seed by seed).
     pub source: String,
     /// How it was found.
     pub origin: Origin,
