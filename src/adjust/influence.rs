@@ -10,7 +10,9 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::condition::Row;
 use super::error::AdjustError;
+use super::parameters::PriorRow;
 use super::partition::{chunks, conditions_of, sees_chain, windows};
 use super::pass::Pass;
 use super::problem::Problem;
@@ -131,23 +133,26 @@ impl Reader<'_> {
         range: Range<usize>,
         window: Option<&Covariances>,
     ) -> Result<Part, AdjustError> {
-        let mut gain = vec![0.0; self.cofactor.ncols()];
         let mut part = vec![[0.0; LEADING]; range.len()];
         self.pass.visit(set, range.clone(), |weighted| {
-            gain.fill(0.0);
-            let row = weighted.row;
-            if let (Some(chain), Some(window)) = (&row.chain, window) {
-                window.condition(chain, &mut gain);
-            }
-            for (column, value) in row.columns().iter().zip(row.values()) {
-                let cofactors = self.cofactor.column(usize::from(*column));
-                gain.iter_mut()
-                    .zip(&cofactors)
-                    .for_each(|(g, q)| *g += value * q);
-            }
-            part[weighted.condition - range.start] = leading(&gain, -weighted.weight);
+            let gain = self.gain(weighted.row, window);
+            part[weighted.condition - range.start] = gain.map(|g| -weighted.weight * g);
         })?;
         Ok((set, range, part))
+    }
+
+    fn gain(&self, row: &Row, window: Option<&Covariances>) -> [f64; LEADING] {
+        let mut gain = [0.0; LEADING];
+        for (column, value) in row.columns().iter().zip(row.values()) {
+            add(&mut gain, *value, self.cofactor, usize::from(*column));
+        }
+        if let (Some(chain), Some(window)) = (&row.chain, window) {
+            let leading = gain.iter_mut().take(self.cofactor.ncols());
+            leading
+                .enumerate()
+                .for_each(|(i, g)| *g += window.with_column(chain, i));
+        }
+        gain
     }
 }
 
@@ -155,22 +160,22 @@ fn keep((set, range, part): Part, out: &mut [Vec<[f64; LEADING]>]) {
     out[set][range].copy_from_slice(&part);
 }
 
-fn leading(gain: &[f64], factor: f64) -> [f64; LEADING] {
-    std::array::from_fn(|i| gain.get(i).map_or(0.0, |g| g * factor))
+/// Adds a multiple of a column of cofactors.
+fn add(gain: &mut [f64; LEADING], factor: f64, cofactor: &DMatrix<f64>, column: usize) {
+    gain.iter_mut()
+        .zip(cofactor.column(column).as_slice())
+        .for_each(|(g, q)| *g += factor * q);
 }
 
 /// `-Q J^T` of the whitened rows J of the priors.
 fn of_priors(solution: &Solution) -> Result<Vec<[f64; LEADING]>, AdjustError> {
     let rows = solution.estimate.parameters.prior_rows()?;
-    let one = |row: &super::PriorRow| {
-        let mut gain = vec![0.0; solution.cofactor.ncols()];
+    let one = |row: &PriorRow| {
+        let mut gain = [0.0; LEADING];
         for (i, derivative) in row.derivatives.iter().enumerate() {
-            let cofactors = solution.cofactor.column(row.column + i);
-            gain.iter_mut()
-                .zip(&cofactors)
-                .for_each(|(g, q)| *g += derivative * q);
+            add(&mut gain, -derivative, &solution.cofactor, row.column + i);
         }
-        leading(&gain, -1.0)
+        gain
     };
     Ok(rows.iter().map(one).collect())
 }

@@ -31,7 +31,8 @@ fn with_problem<T>(
     then: impl FnOnce(&Problem) -> T,
 ) -> Result<T, AdjustError> {
     let rows: Vec<u32> = joint.soundings.ties.iter().map(|t| t.row).collect();
-    let epochs = Epochs::number(scene, &joint.returns, &rows, 0.0)?;
+    let reach_s = if config.latency { 0.5 } else { 0.0 };
+    let epochs = Epochs::number(scene, &joint.returns, &rows, reach_s)?;
     let as_states = config.drift == Drift::On && epochs.chain.is_some();
     let trajectory = if as_states {
         TrajectoryErrors::States(&epochs.of_record)
