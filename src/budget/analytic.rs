@@ -18,6 +18,10 @@ use crate::calibrate::pool::{Method, PoolError, PoolInput, PoolOutcome, calibrat
 use crate::simulate::{Scenario, SimulateError, Source, Sources, simulate};
 
 /// What one source does to pitch, roll, yaw (rad), lx, ly, lz (m).
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a few dozen of them, mostly of the large kind"
+)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Prediction {
     /// To first order.
