@@ -3,6 +3,10 @@
 //! | file | what |
 //! |---|---|
 //! | [`sources`] | the error sources in words, which of them act, each alone |
+//! | [`analytic`] | the budget by propagation, without a trial |
+//! | [`influence`] | from an error source to the parameters, through the pulls of one path |
+//! | [`records`] | errors of trajectory records, white and drifting |
+//! | `propagate` | every source of a scenario |
 //! | [`trial`] | one trial without files |
 //! | [`ledger`] | the file of trials |
 //! | [`experiment`] | which trials are run, on all cores, interrupted and gone on with |
@@ -13,11 +17,15 @@
 //! | [`swath`] | what a calibration's covariance means for a sounding, against IHO S-44 |
 //! | [`plan`], [`passes`] | which pass to sail next, and how many |
 
+pub mod analytic;
 pub mod experiment;
+pub mod influence;
 pub mod interaction;
 pub mod ledger;
 pub mod passes;
 pub mod plan;
+mod propagate;
+pub mod records;
 pub mod sources;
 pub mod statistics;
 pub mod summary;
