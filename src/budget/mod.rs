@@ -7,6 +7,7 @@
 //! | [`influence`] | from an error source to the parameters, through the pulls of one path |
 //! | [`records`] | errors of trajectory records, white and drifting |
 //! | `propagate` | every source of a scenario |
+//! | [`predicted`] | the analytic figures in the result, compared with the trials |
 //! | [`trial`] | one trial without files |
 //! | [`ledger`] | the file of trials |
 //! | [`experiment`] | which trials are run, on all cores, interrupted and gone on with |
@@ -24,6 +25,7 @@ pub mod interaction;
 pub mod ledger;
 pub mod passes;
 pub mod plan;
+pub mod predicted;
 mod propagate;
 pub mod records;
 pub mod sources;

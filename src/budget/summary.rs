@@ -46,6 +46,7 @@ pub fn frame(scenario: &Scenario, configuration: &Configuration) -> BudgetResult
         path,
         variant: variant(path),
         together: None,
+        predicted: None,
         shares: vec![],
         agreement: vec![],
         bound: None,

@@ -79,11 +79,6 @@ pub enum CliError {
     /// A sweep that cannot be run.
     #[error(transparent)]
     Sweep(#[from] SweepError),
-    /// A budget of nothing.
-    #[error(
-        "--trials: found none, expected a number of trials; the analytic part is not built yet"
-    )]
-    NoTrials,
     /// More keys than a picture has axes.
     #[error("--vary: found {found} keys, expected one or two")]
     TooManyKeys {

@@ -146,6 +146,9 @@ pub struct PathBudget {
     pub variant: String,
     /// All sources together, by Monte Carlo.
     pub together: Option<PathStatistics>,
+    /// All sources that have a derivative together, analytically.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted: Option<SourceShare>,
     /// Source by source, by whichever way; a remainder last of each origin where the trials allow one.
     pub shares: Vec<SourceShare>,
     /// Analytic propagation against Monte Carlo, source by source.
