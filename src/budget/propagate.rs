@@ -33,8 +33,8 @@ impl Tail {
             };
         }
         let (mut mass, mut slope, mut square) = (0.0, 0.0, 0.0);
-        for i in 0..4000 {
-            let z = -6.0 + 0.003 * (f64::from(i) + 0.5);
+        for i in 0..24_000 {
+            let z = -6.0 + 5e-4 * (f64::from(i) + 0.5);
             let weight = (-0.5 * z * z).exp();
             mass += weight;
             slope += weight * kernel.slope(s * z);
