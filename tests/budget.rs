@@ -200,11 +200,17 @@ fn a_scenario_with_one_source_only() {
         let together = path.together.as_ref().expect("trials");
         assert_eq!(together.usable, 3, "{:?}", result.refusals);
         let names: Vec<&str> = path.shares.iter().map(|s| s.source.as_str()).collect();
-        assert_eq!(names, ["nothing", "sound_speed", "remainder"]);
+        assert_eq!(
+            names,
+            ["nothing", "sound_speed", "remainder", "interaction"]
+        );
         let lx_m = |six: &Option<SixFigures>| six.expect("figures").lx_m;
-        let [own, of_source, rest] = [0, 1, 2].map(|k| lx_m(&path.shares[k].bias));
+        let [own, of_source, rest, beyond] = [0, 1, 2, 3].map(|k| lx_m(&path.shares[k].bias));
         assert!((lx_m(&together.bias) - own - of_source).abs() < 1e-12);
-        assert!(rest.abs() < 1e-12, "{rest}");
+        assert!(
+            rest.abs() < 1e-12 && beyond.abs() < 1e-12,
+            "{rest} {beyond}"
+        );
         // ranges are measured short by 1/1.002; off the wall all of them are between 5 and 8 m
         assert!((0.010..0.016).contains(&of_source), "{of_source}");
         assert!(lx_m(&path.shares[1].standard_deviation) < 2e-4);
@@ -299,7 +305,7 @@ fn bad_input_ends_with_two_and_writes_nothing() {
     let out = folder.path().join("out");
     let vary = |what: &'static str| vec!["--trials", "3", "--vary", what];
     let cases = [
-        (vec![], "--trials"),
+        (vec!["--vary", "multibeam.beams=3,4"], "--trials"),
         (vec!["--trials", "0"], "--trials"),
         (vec!["--trials", "3", "--single", "1"], "--single"),
         (vary("multibeam.beam=3,4"), "nearest known one is \"beams\""),

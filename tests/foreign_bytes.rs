@@ -136,3 +136,16 @@ fn good_files_are_good() {
     parse_survey(file, std::str::from_utf8(&good(5)).expect("text"), None).expect("survey");
     parse_target(file, std::str::from_utf8(&good(6)).expect("text")).expect("target");
 }
+
+/// The decoder makes room for a layer as its size says: two gigabytes in a file of four kilobytes are refused before.
+#[test]
+fn a_damaged_layer_size_is_found_before_room_is_made() {
+    let mut bytes = good(2);
+    let points_at = u32::from_le_bytes([bytes[96], bytes[97], bytes[98], bytes[99]]) as usize;
+    // the chunk table's offset, the first point, the number of points; then the layers' sizes
+    let size_at = points_at + 8 + 30 + 4;
+    bytes[size_at + 3] = 0x7f;
+    let size = bytes.len() as u64;
+    let error = las::read_from(Path::new(NAME), Cursor::new(bytes), size).expect_err("damaged");
+    assert!(error.found.starts_with("a chunk up to byte"), "{error}");
+}

@@ -147,7 +147,8 @@ fn passes_only_help_and_the_floor_holds() {
 }
 
 /// Horizontal faces that are known to 3 mm only: the vertical lever arm cannot be known better than they average out, however many
-/// passes; twice the doubt, twice the floor. Everything else has no floor.
+/// passes; twice the doubt, twice the floor. A boat that does not move, as any motion would tell, however little, and endless passes
+/// add up.
 #[test]
 fn nobody_gets_below_what_is_known_of_the_target() {
     let floor_at = |sigma_m: f64| {
@@ -157,6 +158,7 @@ fn nobody_gets_below_what_is_known_of_the_target() {
         let scenario = sweep::points(&thinner(), &vary).expect("points")[0]
             .1
             .clone();
+        let scenario = still(scenario);
         let request = PlanRequest {
             wanted: [1e-4, 1e-3, 1e-3, 5e-3, 5e-3, 1e-4],
             most: 3,
@@ -174,6 +176,20 @@ fn nobody_gets_below_what_is_known_of_the_target() {
     assert!(one.lz_m > 0.0005 && one.lz_m < 0.005, "{one:?}");
     assert!((two.lz_m / one.lz_m - 2.0).abs() < 0.02, "{one:?} {two:?}");
     assert!(one.roll_deg < 1e-3, "{one:?}");
+}
+
+fn still(mut scenario: Scenario) -> Scenario {
+    let m = &mut scenario.motion;
+    let all = [
+        &mut m.sway,
+        &mut m.surge,
+        &mut m.height,
+        &mut m.roll,
+        &mut m.pitch,
+        &mut m.heading,
+    ];
+    all.into_iter().for_each(|o| o.wave.clear());
+    scenario
 }
 
 /// What is not known of the scanner makes the sonar's mounting worse, never better.
@@ -299,61 +315,4 @@ fn threads_leave_no_trace() {
         })
     };
     assert_eq!(on(1), on(2));
-}
-
-#[test]
-fn diagnose() {
-    use boresight::budget::passes::information_of;
-    use boresight::calibrate::pool::{Method, PoolInput, SequentialConfig, calibrate};
-    use boresight::simulate::simulate;
-    for (distance, gap) in [(6.0, 0.0), (9.0, 0.0), (9.0, 600.0)] {
-        let mut scenario = thinner();
-        if gap == 0.0 {
-            scenario.pass[0].distance_m = distance;
-        } else {
-            let mut second = scenario.pass[0].clone();
-            second.distance_m = distance;
-            second.gap_s = gap;
-            scenario.pass.push(second);
-        }
-        let config = JointConfig::default();
-        let mut ties = (0, 0);
-        for pass in &scenario.pass {
-            let i = information_of(&scenario, pass, &config).unwrap();
-            ties = (ties.0 + i.soundings, ties.1 + i.returns);
-        }
-        println!(
-            "DIAG {distance} {gap}: promised ties {ties:?} sigmas {:.6?}",
-            promised(&scenario)
-        );
-        for clean in [true, false] {
-            for seed in 1..5 {
-                let mut scenario = scenario.clone();
-                if clean {
-                    scenario.sources = boresight::simulate::Sources::none();
-                }
-                let survey = simulate(&scenario, seed).unwrap();
-                let input = PoolInput {
-                    campaign: &survey.campaign,
-                    target: &survey.target,
-                    prior: &survey.prior,
-                    method: Method::Joint,
-                    sequential: &SequentialConfig::default(),
-                    joint: &config,
-                    seed,
-                };
-                let out = calibrate(&input, &|_| {}).unwrap();
-                let j = out.joint.unwrap();
-                println!(
-                    "DIAG   clean {clean}: {} {} {:.6?}",
-                    j.soundings.ties.len(),
-                    j.returns.ties.len(),
-                    sigmas(&j.covariance)
-                );
-                if clean {
-                    break;
-                }
-            }
-        }
-    }
 }

@@ -167,7 +167,7 @@ fn a_plane_that_the_scanner_did_not_see_is_named() {
         panic!("{:?}", outcome.refusal);
     };
     assert_eq!(message, &missing.to_string());
-    assert_eq!(outcome.sequential.map(|s| s.err()), Some(Some(missing)));
+    assert_eq!(outcome.sequential.map(Result::err), Some(Some(missing)));
 }
 
 /// An engine that cannot go on (here: a drift without correlation time) is a refusal with a result, not a fault of the input.

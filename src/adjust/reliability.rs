@@ -266,7 +266,7 @@ impl Judge<'_> {
 
     fn predicted(&self, weighted: &Weighted, window: Option<&Covariances>) -> Predicted {
         let row = weighted.row;
-        let mut predicted = self.from_parameters(row);
+        let mut predicted = self.by_parameters(row);
         if let (Some(chain), Some(window)) = (&row.chain, window) {
             predicted.variance += window.variance(chain);
             for (column, value) in row.columns().iter().zip(row.values()) {
@@ -279,7 +279,7 @@ impl Judge<'_> {
         predicted
     }
 
-    fn from_parameters(&self, row: &Row) -> Predicted {
+    fn by_parameters(&self, row: &Row) -> Predicted {
         let (mut variance, mut gain) = (0.0, [0.0; LEADING]);
         for (column, value) in row.columns().iter().zip(row.values()) {
             let cofactors = self.cofactor.column(usize::from(*column));

@@ -39,16 +39,40 @@ pub enum PassError {
 /// Fewest soundings, and returns, of a pass that tells anything.
 const LEAST: usize = 30;
 
-/// Information of `pass` sailed in `scenario`, on all parameters that passes share.
+/// A pass and when it begins.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timed {
+    /// The pass.
+    pub pass: Pass,
+    /// Begin after the scenario's begin, seconds: the phase of the boat's motion.
+    pub begin_s: f64,
+}
+
+/// The scenario's own passes at their times.
+#[must_use]
+pub fn own_passes(scenario: &Scenario) -> Vec<Timed> {
+    let mut end_s = 0.0;
+    let timed = |(k, pass): (usize, &Pass)| {
+        let begin_s = if k > 0 { end_s + pass.gap_s } else { 0.0 };
+        end_s = begin_s + (pass.to_m - pass.from_m).abs() / pass.speed_m_s;
+        Timed {
+            pass: pass.clone(),
+            begin_s,
+        }
+    };
+    scenario.pass.iter().enumerate().map(timed).collect()
+}
+
+/// Information of a pass sailed in `scenario`, on all parameters that passes share.
 ///
 /// # Errors
 /// [`PassError`] when the pass cannot be simulated, or when one of the sensors does not see the target from it.
 pub fn information_of(
     scenario: &Scenario,
-    pass: &Pass,
+    timed: &Timed,
     config: &JointConfig,
 ) -> Result<Information, PassError> {
-    let alone = error_free(scenario, pass);
+    let alone = error_free(scenario, timed);
     let survey = simulate(&alone, alone.seed)?;
     let designed = DesignedPass {
         campaign: &survey.campaign,
@@ -71,7 +95,7 @@ pub fn information_of(
 #[must_use]
 pub fn information_of_all(
     scenario: &Scenario,
-    passes: &[Pass],
+    passes: &[Timed],
     config: &JointConfig,
     progress: &(dyn Fn() + Sync),
 ) -> Vec<Result<Information, PassError>> {
@@ -90,16 +114,28 @@ pub fn information_of_all(
 /// [`PassError`] of the first pass that tells nothing.
 pub fn predicted(scenario: &Scenario, config: &JointConfig) -> Result<Matrix6<f64>, PassError> {
     let mut sum = Fusion::default();
-    for information in information_of_all(scenario, &scenario.pass, config, &|| {}) {
+    for information in information_of_all(scenario, &own_passes(scenario), config, &|| {}) {
         sum.add(&information?);
     }
     Ok(sum.covariance())
 }
 
 /// The scenario with this pass only, nothing going wrong, and the target where the survey says.
-fn error_free(scenario: &Scenario, pass: &Pass) -> Scenario {
+fn error_free(scenario: &Scenario, timed: &Timed) -> Scenario {
     let mut alone = scenario.clone();
-    alone.pass = vec![pass.clone()];
+    alone.pass = vec![timed.pass.clone()];
+    let m = &mut alone.motion;
+    let all = [
+        &mut m.sway,
+        &mut m.surge,
+        &mut m.height,
+        &mut m.roll,
+        &mut m.pitch,
+        &mut m.heading,
+    ];
+    for wave in all.into_iter().flat_map(|o| &mut o.wave) {
+        wave.phase_deg += (360.0 * timed.begin_s / wave.period_s) % 360.0;
+    }
     alone.sources = Sources::none();
     alone.disturbance = Disturbance::default();
     alone.target.prior_offset_m = [0.0; 3];

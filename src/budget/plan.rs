@@ -9,7 +9,7 @@
 use nalgebra::Matrix6;
 
 use super::fusion::{Fusion, sigmas};
-use super::passes::{PassError, information_of_all};
+use super::passes::{PassError, Timed, information_of_all, own_passes};
 use crate::calibrate::pool::JointConfig;
 use crate::calibrate::pool::joint::Information;
 use crate::results::PlanCriterion;
@@ -90,7 +90,7 @@ pub fn plan(
 ) -> Result<Plan, PassError> {
     let mut sailed = Fusion::default();
     if request.keep_passes {
-        for information in information_of_all(scenario, &scenario.pass, config, progress) {
+        for information in information_of_all(scenario, &own_passes(scenario), config, progress) {
             sailed.add(&information?);
         }
     }
@@ -135,7 +135,8 @@ fn described(
     sailed: &Fusion,
 ) -> Result<Vec<Candidate>, PassError> {
     let passes = candidates(scenario, request);
-    let all = information_of_all(scenario, &passes, config, progress);
+    let timed: Vec<Timed> = passes.iter().cloned().map(from_the_begin).collect();
+    let all = information_of_all(scenario, &timed, config, progress);
     let describe = |(pass, information): (Pass, _)| match information {
         Err(impossible @ PassError::Simulate(_)) => Err(impossible),
         information => Ok(Candidate {
@@ -149,6 +150,11 @@ fn described(
         }),
     };
     passes.into_iter().zip(all).map(describe).collect()
+}
+
+/// Nobody knows when a candidate will be sailed: it has the motion of the scenario's begin.
+fn from_the_begin(pass: Pass) -> Timed {
+    Timed { pass, begin_s: 0.0 }
 }
 
 /// What tells a pass from others: "6 m, 0.5 m/s, +Y".

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
+use super::analytic::Analytic;
 use super::experiment::{Experiment, Role};
 use super::ledger::LedgerError;
 use super::passes::predicted;
@@ -84,6 +85,28 @@ pub fn or_predicted(
         };
         found.insert(0, joint);
     }
+    found
+}
+
+/// By propagation, for paths that no trial tells of: covariance of the error and its bias squared.
+#[must_use]
+pub fn or_propagated(mut found: Vec<PathCovariance>, analytic: &Analytic) -> Vec<PathCovariance> {
+    let sequential = analytic.sequential.as_ref().ok();
+    let paths = [
+        (BudgetPath::Joint, Some(&analytic.joint)),
+        (BudgetPath::SequentialProjected, sequential),
+    ];
+    for (path, budget) in paths {
+        let Some(budget) = budget.filter(|_| found.iter().all(|c| c.path != path)) else {
+            continue;
+        };
+        found.push(PathCovariance {
+            path,
+            origin: CovarianceOrigin::Propagated,
+            covariance: budget.covariance + budget.bias * budget.bias.transpose(),
+        });
+    }
+    found.sort_by_key(|c| c.path);
     found
 }
 

@@ -4,9 +4,10 @@
 use std::path::Path;
 
 use super::experiment::{Cell, Experiment, Role};
+use super::interaction::interaction;
 use super::ledger::{Header, LedgerError};
 use super::sources::{about, acting, size};
-use super::statistics::{CONFIDENCE, Statistics, deviation_interval, six_values};
+use super::statistics::{CONFIDENCE, Moments, Statistics, deviation_interval, six_values};
 use super::sweep::Setting;
 use super::trial::Configuration;
 use crate::calibrate::pool::SequentialConfig;
@@ -45,6 +46,7 @@ pub fn frame(scenario: &Scenario, configuration: &Configuration) -> BudgetResult
         path,
         variant: variant(path),
         together: None,
+        predicted: None,
         shares: vec![],
         agreement: vec![],
         bound: None,
@@ -87,6 +89,7 @@ pub fn fill(
 ) -> Result<(), LedgerError> {
     let all = statistics(experiment, folder)?;
     let cells: Vec<(&Cell, &Statistics)> = experiment.cells.iter().zip(&all).collect();
+    let beyond = interaction(experiment, folder)?;
     result.first_seed = experiment.first_seed;
     for (cell, statistics) in &cells {
         match cell.role {
@@ -101,7 +104,8 @@ pub fn fill(
     for path in &mut result.paths {
         let found = cells.iter().find(|(c, _)| c.role == Role::Together);
         path.together = found.map(|(_, statistics)| statistics.of(path.path));
-        path.shares.extend(shares(path.path, &cells));
+        path.shares
+            .extend(shares(path.path, &cells, &beyond[path.path as usize]));
     }
     result.sweep = sweep(&cells);
     Ok(())
@@ -133,8 +137,8 @@ fn described(scenario: &Scenario, source: Source) -> SourceDescription {
     }
 }
 
-/// Each source alone, the method's own error, and the remainder.
-fn shares(path: BudgetPath, cells: &[(&Cell, &Statistics)]) -> Vec<SourceShare> {
+/// The method's own error, each source alone, the remainder and the interaction.
+fn shares(path: BudgetPath, cells: &[(&Cell, &Statistics)], beyond: &Moments) -> Vec<SourceShare> {
     let of = |role: &Role| cells.iter().find(|(c, _)| c.role == *role).map(|(_, s)| *s);
     let (Some(together), Some(nothing)) = (of(&Role::Together), of(&Role::Nothing)) else {
         return vec![];
@@ -148,6 +152,7 @@ fn shares(path: BudgetPath, cells: &[(&Cell, &Statistics)]) -> Vec<SourceShare> 
         }
     }
     shares.push(remainder(path, together, own, cells));
+    shares.push(interacting(beyond, total));
     shares
 }
 
@@ -190,6 +195,25 @@ fn alone(
         standard_deviation_interval: variance.and_then(|_| deviation_interval(of.usable)),
         share: variance.zip(total).and_then(|(v, t)| ratio(v, t)),
         note: note(statistics, path, ""),
+    }
+}
+
+/// What remains of each seed's error when the sources' own are taken off.
+fn interacting(beyond: &Moments, total: Option<[f64; 6]>) -> SourceShare {
+    let (n, variance) = (beyond.count(), beyond.variance());
+    let si = |six: Option<[f64; 6]>| six.and_then(SixFigures::from_si);
+    SourceShare {
+        source: "interaction".to_owned(),
+        origin: Origin::MonteCarlo,
+        usable: n,
+        trials: n,
+        bias: si(beyond.mean()),
+        bias_standard_error: si(variance.map(|v| v.map(|v| (v / n as f64).sqrt()))),
+        standard_deviation: si(variance.map(|v| v.map(f64::sqrt))),
+        standard_deviation_interval: variance.and_then(|_| deviation_interval(n)),
+        share: variance.zip(total).and_then(|(v, t)| ratio(v, t)),
+        note: "error of all together minus the sum of the sources' errors, seed by seed: association, robust weights, non-linearity"
+            .to_owned(),
     }
 }
 

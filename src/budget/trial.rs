@@ -58,7 +58,7 @@ pub struct Reason {
 
 impl Reason {
     /// On one line, so that a ledger holds it as one record.
-    fn new(code: &str, text: impl ToString) -> Self {
+    fn new(code: &str, text: &dyn std::fmt::Display) -> Self {
         let text = text.to_string().replace(['\n', '\r'], " ");
         let code = code.to_owned();
         Self { code, text }
@@ -83,7 +83,7 @@ pub struct Trial {
 pub fn trial(scenario: &Scenario, configuration: &Configuration, seed: u64) -> Trial {
     let survey = match simulate(scenario, seed) {
         Ok(survey) => survey,
-        Err(error) => return Trial::without(seed, &Reason::new("not_simulated", error)),
+        Err(error) => return Trial::without(seed, &Reason::new("not_simulated", &error)),
     };
     let input = PoolInput {
         campaign: &survey.campaign,
@@ -96,7 +96,7 @@ pub fn trial(scenario: &Scenario, configuration: &Configuration, seed: u64) -> T
     };
     match calibrate_with(&input, &[configuration.projected()], &|_| {}) {
         Ok(outcome) => Trial::of(seed, &outcome, &survey.truth),
-        Err(error) => Trial::without(seed, &Reason::new("not_run", error)),
+        Err(error) => Trial::without(seed, &Reason::new("not_run", &error)),
     }
 }
 
@@ -113,7 +113,7 @@ impl Trial {
     fn of(seed: u64, outcome: &PoolOutcome, truth: &Truth) -> Self {
         let refusal = outcome.refusal.as_ref();
         let refused = refusal.map_or_else(
-            || Reason::new("not_run", "the path did not run"),
+            || Reason::new("not_run", &"the path did not run"),
             |r| Reason::new(r.code(), r),
         );
         let joint = outcome.joint.as_ref().filter(|_| refusal.is_none());
@@ -143,7 +143,7 @@ fn of_joint(joint: &JointOutcome, truth: &Truth) -> JointTrial {
 fn reference(path: &Result<Outcome, SequentialError>, truth: &Truth) -> Result<Error6, Reason> {
     match path {
         Ok(found) if found.end.status() == Status::OutOfIterations => {
-            Err(Reason::new("out_of_passes", found.end.message()))
+            Err(Reason::new("out_of_passes", &found.end.message()))
         }
         Ok(found) => Ok(errors(&found.mounting, truth)),
         Err(error) => Err(Reason::new("sequential", error)),

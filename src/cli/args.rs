@@ -192,9 +192,13 @@ pub enum Command {
     Check(Check),
     /// Find out which error source costs how much of which parameter, by which path
     #[command(
-        long_about = "Simulate a scenario many times, calibrate every survey by both paths and compare with the truth: bias and \
-        standard deviation of the six parameters by the joint path, the reference path and its projected variant; the share of \
-        each error source; whether the reported uncertainty is true; how all of that changes with one or two scenario values.\n\n\
+        long_about = "Without --trials: propagate every error source of a scenario through the derivatives of both paths: bias, \
+        standard deviation and share of variance of each of the six parameters, the Cramer-Rao bound and each path's efficiency. \
+        Takes seconds.\n\n\
+        With --trials: also simulate the scenario many times, calibrate every survey by both paths and compare with the truth and \
+        with the propagation: bias and standard deviation by the joint path, the reference path and its projected variant; each \
+        source alone (--single); whether the reported uncertainty is true; how all of that changes with one or two scenario \
+        values (--vary).\n\n\
         Trials are independent, use all cores and need no files but a ledger of one line each. All sets of trials use the same \
         seeds, so that differences between them are not noise. No trial is left out: one without a usable result is counted with \
         its reason.",

@@ -1,4 +1,4 @@
-//! `boresight budget`: a scenario to an error budget by Monte Carlo.
+//! `boresight budget`: a scenario to an error budget, by propagation and by Monte Carlo.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
@@ -8,9 +8,10 @@ use super::args::Budget;
 use super::calibrate::folder_of;
 use super::error::CliError;
 use super::talk::Talk;
+use crate::budget::analytic::{Analytic, AnalyticError, analytic_with};
 use crate::budget::experiment::{Ended, Experiment};
 use crate::budget::trial::Configuration;
-use crate::budget::{soundings, summary, sweep};
+use crate::budget::{predicted, soundings, summary, sweep};
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetPath, BudgetResult};
 use crate::simulate::{Scenario, SimulateError};
@@ -32,46 +33,76 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
         sequential: calibration.sequential,
         joint: calibration.joint,
     };
-    let experiment = experiment(args, &file.scenario, configuration)?;
+    let experiment = experiment(args, &file.scenario, &configuration)?;
     let folder = folder(args, &file.scenario.name);
-    let ended = trials(&experiment, &folder.join(TRIALS), args.resume, talk)?;
-    if let Ended::Interrupted { done, of } = ended {
-        talk.remark(&format!(
-            "stopped: {done} of {of} trials are kept in {}; the same command with --resume goes on",
-            folder.join(TRIALS).display()
-        ));
-        return Ok(Ending::Interrupted);
+    let mut result = summary::frame(&file.scenario, &configuration);
+    if let Some(experiment) = &experiment {
+        let trials_folder = folder.join(TRIALS);
+        if let Ended::Interrupted { done, of } = trials(experiment, &trials_folder, args, talk)? {
+            talk.remark(&format!(
+                "stopped: {done} of {of} trials are kept in {}; the same command with --resume goes on",
+                trials_folder.display()
+            ));
+            return Ok(Ending::Interrupted);
+        }
+        talk.step("summing up");
+        summary::fill(&mut result, experiment, &trials_folder)?;
     }
-    talk.step("summing up");
-    let mut result = summary::frame(&file.scenario, &experiment.configuration);
-    summary::fill(&mut result, &experiment, &folder.join(TRIALS))?;
-    let found = soundings::of_trials(&experiment, &folder.join(TRIALS))?;
-    let joint = &experiment.configuration.joint;
-    let found = soundings::or_predicted(found, &file.scenario, joint);
+    let analytic = propagated(&mut result, &file.scenario, &configuration, talk)?;
+    let found = match &experiment {
+        Some(experiment) => soundings::of_trials(experiment, &folder.join(TRIALS))?,
+        None => vec![],
+    };
+    let found = match &analytic {
+        Some(analytic) => soundings::or_propagated(found, analytic),
+        None => found,
+    };
+    let found = soundings::or_predicted(found, &file.scenario, &configuration.joint);
     result.swath = Some(soundings::section(&file.scenario, &found, &args.depth));
     result.command = command(args);
     written(&result, &folder, talk)
+}
+
+/// Adds the analytic budget, or why there is none.
+fn propagated(
+    result: &mut BudgetResult,
+    scenario: &Scenario,
+    configuration: &Configuration,
+    talk: &Talk,
+) -> Result<Option<Analytic>, CliError> {
+    talk.step("propagating every source through both paths");
+    match analytic_with(scenario, &configuration.sequential, &configuration.joint) {
+        Ok(analytic) => {
+            predicted::add(result, scenario, &analytic);
+            return Ok(Some(analytic));
+        }
+        Err(AnalyticError::Simulate(error)) => return Err(error.into()),
+        Err(error) => result.notes.push(format!("no analytic budget: {error}")),
+    }
+    Ok(None)
 }
 
 /// The trials that were asked for, every scenario checked.
 fn experiment(
     args: &Budget,
     scenario: &Scenario,
-    configuration: Configuration,
-) -> Result<Experiment, CliError> {
-    let trials = args.trials.ok_or(CliError::NoTrials)?;
+    configuration: &Configuration,
+) -> Result<Option<Experiment>, CliError> {
+    let Some(trials) = args.trials else {
+        return Ok(None);
+    };
     if args.vary.len() > 2 {
         let found = args.vary.len();
         return Err(CliError::TooManyKeys { found });
     }
     let single = args.single.unwrap_or(0);
     let points = sweep::points(scenario, &args.vary)?;
-    let experiment = Experiment::new(scenario, configuration, args.seed, trials, single)
+    let experiment = Experiment::new(scenario, configuration.clone(), args.seed, trials, single)
         .with_sweep(points, trials);
     for cell in &experiment.cells {
         Target::from_model(&cell.scenario.target.model).map_err(SimulateError::from)?;
     }
-    Ok(experiment)
+    Ok(Some(experiment))
 }
 
 /// The command that makes the result again, without its folder, threads and interruptions.
@@ -99,11 +130,11 @@ fn folder(args: &Budget, name: &str) -> PathBuf {
 fn trials(
     experiment: &Experiment,
     folder: &Path,
-    resume: bool,
+    args: &Budget,
     talk: &Talk,
 ) -> Result<Ended, CliError> {
     catch_ctrl_c()?;
-    let done = experiment.prepare(folder, resume)?;
+    let done = experiment.prepare(folder, args.resume)?;
     let (before, total) = (done.iter().sum(), experiment.trials());
     talk.step(&format!(
         "{total} trials, {before} of them done before, into {}",
@@ -150,14 +181,17 @@ fn written(result: &BudgetResult, folder: &Path, talk: &Talk) -> Result<Ending, 
     if let Some(sweep) = &files.sweep {
         text.push_str(&format!("Sweep   {}\n", sweep.display()));
     }
-    text.push_str(&format!("Trials  {}\n", folder.join(TRIALS).display()));
+    if result.trials > 0 {
+        text.push_str(&format!("Trials  {}\n", folder.join(TRIALS).display()));
+    }
     let json = pages::to_bytes(result)?;
     talk.result(&text, &json)?;
     let joint = result.paths.iter().find(|p| p.path == BudgetPath::Joint);
-    let usable = joint
-        .and_then(|p| p.together.as_ref())
-        .map_or(0, |t| t.usable);
-    Ok(if usable > 0 {
+    let usable = joint.is_some_and(|p| match &p.together {
+        Some(trials) => trials.usable > 0,
+        None => p.predicted.is_some(),
+    });
+    Ok(if usable {
         Ending::Usable
     } else {
         Ending::Unusable

@@ -83,11 +83,6 @@ pub enum CliError {
     /// A pass that tells nothing.
     #[error(transparent)]
     Pass(#[from] PassError),
-    /// A budget of nothing.
-    #[error(
-        "--trials: found none, expected a number of trials; the analytic part is not built yet"
-    )]
-    NoTrials,
     /// More keys than a picture has axes.
     #[error("--vary: found {found} keys, expected one or two")]
     TooManyKeys {

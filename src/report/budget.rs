@@ -10,7 +10,7 @@ use super::format::ROWS;
 use super::text::ruled_table;
 use super::{ReportError, html, json};
 use crate::results::{
-    BudgetPath, BudgetResult, Interval, PathBudget, PathStatistics, SixFigures, SixValues,
+    BudgetPath, BudgetResult, Interval, Origin, PathBudget, PathStatistics, SixFigures, SixValues,
     SourceShare, Sweep, write_whole,
 };
 
@@ -102,7 +102,7 @@ pub fn table(result: &BudgetResult) -> String {
                 format!(",{}", nth(Some(&one), i))
             });
         }
-        for share in &path.shares {
+        for share in path.predicted.iter().chain(&path.shares) {
             let origin = serde_name(&share.origin);
             let first = format!("{name},{},{origin}", share.source);
             Figures::of_share(share).rows(&mut text, &first, |i| {
@@ -301,7 +301,62 @@ fn path_text(result: &BudgetResult, path: &PathBudget) -> String {
         text.push_str(&statistics_table(s));
         text.push_str(&honesty(s));
     }
+    text.push_str(&predicted_text(path));
     text.push_str(&top_sources(result, path));
+    text
+}
+
+/// What propagation says, and where the trials contradict it.
+fn predicted_text(path: &PathBudget) -> String {
+    let Some(predicted) = &path.predicted else {
+        return String::new();
+    };
+    let mut text = format!("\n{}, by propagation\n", title(path));
+    let mut table = ruled_table();
+    table.set_header([
+        "parameter",
+        "bias",
+        "standard deviation",
+        "Cramer-Rao bound",
+        "efficiency",
+    ]);
+    for (i, row) in ROWS.iter().enumerate() {
+        let efficiency = path.efficiency.as_ref().map(super::format::in_order);
+        table.add_row([
+            format!("{}, {}", row.name, row.unit),
+            cell(predicted.bias.as_ref(), i),
+            cell(predicted.standard_deviation.as_ref(), i),
+            cell(path.bound.as_ref(), i),
+            efficiency.map_or_else(|| "-".to_owned(), |e| format!("{:.3}", e[i])),
+        ]);
+    }
+    text.push_str(&right_aligned(table));
+    if let Some(first) = path.agreement.first() {
+        let all: usize = path.agreement.iter().map(|a| a.variance_ratio.len()).sum();
+        let outside: usize = path.agreement.iter().map(|a| a.outside.len()).sum();
+        let _ = writeln!(
+            text,
+            "trials' variance by predicted one: {} of {all} ratios within chance ({} comparisons at once)",
+            all - outside,
+            first.comparisons
+        );
+    }
+    for pair in path.agreement.iter().filter(|a| !a.outside.is_empty()) {
+        let ratios: Vec<String> = pair
+            .outside
+            .iter()
+            .filter_map(|name| Some(format!("{name} {:.2}", pair.variance_ratio.get(name)?)))
+            .collect();
+        let _ = writeln!(
+            text,
+            "  {} ({:.2} to {:.2} by chance): {}; {}",
+            pair.source,
+            pair.interval.lower,
+            pair.interval.upper,
+            ratios.join(", "),
+            pair.note
+        );
+    }
     text
 }
 
@@ -368,13 +423,20 @@ fn honesty(s: &PathStatistics) -> String {
     text
 }
 
-/// The sources with the largest share of any parameter, and the remainder.
+/// The sources with the largest share of any parameter, then the remainder and the interaction.
 fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     let largest = |share: &SourceShare| {
         let six = share.share.as_ref().map(super::format::in_order);
         six.map_or(0.0, |six| six.into_iter().fold(0.0, f64::max))
     };
-    let is_source = |s: &&SourceShare| s.source != "remainder" && s.share.is_some();
+    let by_trials = path.shares.iter().any(|s| s.origin == Origin::MonteCarlo);
+    let origin = if by_trials {
+        Origin::MonteCarlo
+    } else {
+        Origin::Analytic
+    };
+    let is_rest = |s: &&SourceShare| ["remainder", "interaction"].contains(&s.source.as_str());
+    let is_source = |s: &&SourceShare| !is_rest(s) && s.origin == origin && s.share.is_some();
     let mut sources: Vec<&SourceShare> = path.shares.iter().filter(is_source).collect();
     sources.sort_by(|a, b| largest(b).total_cmp(&largest(a)));
     if sources.is_empty() {
@@ -382,10 +444,14 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     }
     let left_out = sources.len().saturating_sub(SHOWN);
     sources.truncate(SHOWN);
-    sources.extend(path.shares.iter().filter(|s| s.source == "remainder"));
+    sources.extend(path.shares.iter().filter(is_rest));
     let mut table = ruled_table();
     let names = ROWS.iter().map(|row| row.name.to_owned());
-    table.set_header(["share of variance, %".to_owned()].into_iter().chain(names));
+    let heading = match origin {
+        Origin::MonteCarlo => "share of variance (trials), %",
+        Origin::Analytic => "share of variance (analytic), %",
+    };
+    table.set_header([heading.to_owned()].into_iter().chain(names));
     for share in sources {
         let described = result.sources.iter().find(|s| s.source == share.source);
         let title = described.map_or(share.source.as_str(), |s| s.title.as_str());

@@ -152,6 +152,9 @@ pub struct PathBudget {
     pub variant: String,
     /// All sources together, by Monte Carlo.
     pub together: Option<PathStatistics>,
+    /// All sources that have a derivative together, analytically.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted: Option<SourceShare>,
     /// Source by source, by whichever way; a remainder last of each origin where the trials allow one.
     pub shares: Vec<SourceShare>,
     /// Analytic propagation against Monte Carlo, source by source.
@@ -178,7 +181,8 @@ pub enum Origin {
 /// What one source does to a path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SourceShare {
-    /// A source's name, `nothing` (the method's own error without any source) or `remainder` (together minus the sum).
+    /// A source's name, `nothing` (the method's own error without any source), `remainder` (together's variance minus the sum of
+    /// the sources') or `interaction` (together's error minus the sum of the sources', seed by seed).
     pub source: String,
     /// How it was found.
     pub origin: Origin,

@@ -45,6 +45,8 @@ pub enum CovarianceOrigin {
     Reported,
     /// Errors of the trials about zero, the bias included.
     Errors,
+    /// Propagated through the derivatives, the bias included.
+    Propagated,
     /// Predicted from one linearisation of each pass, without trials.
     Predicted,
 }

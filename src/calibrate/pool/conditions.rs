@@ -180,6 +180,14 @@ impl TrajectoryErrors<'_> {
     }
 }
 
+/// How the body moves in the target frame.
+struct Motion {
+    /// Metres per second.
+    velocity: Vector3<f64>,
+    /// Radians per second.
+    rate: Vector3<f64>,
+}
+
 /// Conditions of the soundings.
 #[derive(Debug)]
 pub struct SoundingConditions<'a> {
@@ -208,35 +216,31 @@ impl SoundingConditions<'_> {
         self.latency.map_or(0.0, |id| x.euclidean(id)[0])
     }
 
-    /// Velocity and angular rate of the body in the target frame over half a second, so that the record noise stays out.
-    fn motion(&self, time_s: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        let half_s = 0.25;
+    /// Velocity and angular rate of the body in the target frame: over a quarter and half a second, so that the record noise stays
+    /// out, and extrapolated to none (Richardson), so that the body's waves are not flattened.
+    fn motion(&self, time_s: f64) -> Option<Motion> {
+        let (near, far) = (self.moved(time_s, 0.125)?, self.moved(time_s, 0.25)?);
+        let to_none = |near: Vector3<f64>, far: Vector3<f64>| (near * 4.0 - far) / 3.0;
+        Some(Motion {
+            velocity: to_none(near.velocity, far.velocity),
+            rate: to_none(near.rate, far.rate),
+        })
+    }
+
+    /// Mean velocity and rate between `half_s` before and after; from the moment itself where the trajectory begins or ends.
+    fn moved(&self, time_s: f64, half_s: f64) -> Option<Motion> {
         let trajectory = &self.scene.trajectory;
-        let before = trajectory
-            .pose_at(time_s - half_s)
-            .or_else(|_| trajectory.pose_at(time_s))
-            .ok()?;
-        let after = trajectory
-            .pose_at(time_s + half_s)
-            .or_else(|_| trajectory.pose_at(time_s))
-            .ok()?;
-        let begin = if trajectory.pose_at(time_s - half_s).is_ok() {
-            half_s
-        } else {
-            0.0
+        let at = |shift_s: f64| {
+            let pose = trajectory.pose_at(time_s + shift_s);
+            pose.map(|pose| (shift_s, pose))
         };
-        let end = if trajectory.pose_at(time_s + half_s).is_ok() {
-            half_s
-        } else {
-            0.0
-        };
-        let span_s = begin + end;
+        let (begin_s, before) = at(-half_s).or_else(|_| at(0.0)).ok()?;
+        let (end_s, after) = at(half_s).or_else(|_| at(0.0)).ok()?;
+        let span_s = end_s - begin_s;
         let turn = crate::geometry::rotation::log(&(after.rotation * before.rotation.transpose()));
-        (span_s > 0.0).then(|| {
-            (
-                (after.position_m - before.position_m) / span_s,
-                turn / span_s,
-            )
+        (span_s > 0.0).then(|| Motion {
+            velocity: (after.position_m - before.position_m) / span_s,
+            rate: turn / span_s,
         })
     }
 
@@ -289,11 +293,11 @@ impl SoundingConditions<'_> {
         plane.derive(&point_m, row);
         let attitude = arm.cross(&normal);
         if let Some(id) = self.latency {
-            let (velocity, rate) =
+            let motion =
                 self.motion(self.scene.campaign.soundings.time_s[tie.row as usize] - latency_s)?;
             row.push(
                 x.offset(id),
-                -(plane.normal.dot(&velocity) + attitude.dot(&rate)),
+                -(plane.normal.dot(&motion.velocity) + attitude.dot(&motion.rate)),
             );
         }
         if let Some(id) = self.range_scale {

@@ -168,8 +168,8 @@ fn combination(direction: &[f64], names: &[&str]) -> String {
 #[derive(Clone, Debug)]
 pub struct Epochs {
     /// Epoch of each record; `u32::MAX` where no observation needs it.
-    of_record: Vec<u32>,
-    chain: Option<ChainModel>,
+    pub(super) of_record: Vec<u32>,
+    pub(super) chain: Option<ChainModel>,
 }
 
 impl Epochs {
@@ -494,7 +494,7 @@ fn passing(config: &JointConfig) -> Options {
 }
 
 /// The engine's options for a configuration.
-fn options(config: &JointConfig) -> Options {
+pub(crate) fn options(config: &JointConfig) -> Options {
     let k = config.kernel_width_sigma;
     let kernel = match config.kernel {
         KernelName::LeastSquares => Kernel::LeastSquares,

@@ -9,6 +9,7 @@
 //! | [`joint`], [`conditions`] | the joint path |
 //! | [`coverage`] | what the faces' directions determine |
 //! | [`verdict`] | when there is no usable result |
+//! | [`influence`] | first derivatives of both paths by every observation's error |
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
 //! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
@@ -19,6 +20,7 @@ pub mod conditions;
 pub mod config;
 pub mod coverage;
 pub mod designed;
+pub mod influence;
 pub mod joint;
 pub mod planes;
 pub mod preview;

@@ -331,7 +331,7 @@ fn at_face(mut fit: PlaneFit, offset_m: f64) -> PlaneFit {
 }
 
 /// The scanner's side of the reference path.
-fn scanner_planes(outcome: &PoolOutcome) -> Result<ScannerPlanes, SequentialError> {
+pub(super) fn scanner_planes(outcome: &PoolOutcome) -> Result<ScannerPlanes, SequentialError> {
     let target = outcome.scene.target;
     let fit = |role: Role, plane: &'static str| {
         let face = target.faces.iter().position(|f| f.role == role);

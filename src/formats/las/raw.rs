@@ -3,6 +3,7 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
+use super::layers::Compression;
 use crate::formats::error::{FaultKind, FormatError, Place};
 
 /// Bytes of the header up to LAS 1.2, the shortest there is.
@@ -101,7 +102,7 @@ impl Header {
 }
 
 /// A file being checked.
-struct Check<'a, R> {
+pub(super) struct Check<'a, R> {
     file: &'a Path,
     source: R,
     size: u64,
@@ -119,10 +120,12 @@ pub fn check(
     let mut check = Check { file, source, size };
     let header = check.header()?;
     check.plausible(&header)?;
-    let chunked = check.variable_records(&header)?;
+    let compression = check.variable_records(&header)?;
     check.extended_record(&header)?;
     if header.compressed {
-        check.chunk_table(&header, chunked)?;
+        if let Some(table) = check.chunk_table(&header, compression.chunked())? {
+            check.layers(&header, &compression, table)?;
+        }
     } else {
         check.points(&header)?;
     }
@@ -131,7 +134,7 @@ pub fn check(
 }
 
 impl<R: Read + Seek> Check<'_, R> {
-    fn fault(
+    pub(super) fn fault(
         &self,
         kind: FaultKind,
         place: Place,
@@ -153,6 +156,22 @@ impl<R: Read + Seek> Check<'_, R> {
         self.inside(byte, N as u64, what)?;
         self.seek(byte)?;
         let mut bytes = [0; N];
+        self.source
+            .read_exact(&mut bytes)
+            .map_err(|e| FormatError::unreadable(self.file, &e))?;
+        Ok(bytes)
+    }
+
+    /// `length` bytes at an offset.
+    pub(super) fn piece(
+        &mut self,
+        byte: u64,
+        length: u64,
+        what: &str,
+    ) -> Result<Vec<u8>, FormatError> {
+        self.inside(byte, length, what)?;
+        self.seek(byte)?;
+        let mut bytes = vec![0; length as usize];
         self.source
             .read_exact(&mut bytes)
             .map_err(|e| FormatError::unreadable(self.file, &e))?;
@@ -245,17 +264,17 @@ impl<R: Read + Seek> Check<'_, R> {
         Ok(())
     }
 
-    /// Walks the variable length records; whether the LAZ points, if any, come in chunks.
-    fn variable_records(&mut self, header: &Header) -> Result<bool, FormatError> {
+    /// Walks the variable length records; what they say of the compression, if any.
+    fn variable_records(&mut self, header: &Header) -> Result<Compression, FormatError> {
         let mut at = u64::from(header.header_size);
-        let mut chunked = false;
+        let mut compression = Compression::default();
         for _ in 0..header.records {
             let bytes: [u8; 54] = self.bytes(at, "a variable length record")?;
             let fields = Fields(&bytes);
             let length = u64::from(fields.u16(20));
             if fields.u16(18) == LASZIP.1 && bytes[2..].starts_with(LASZIP.0) {
-                let compressor: [u8; 2] = self.bytes(at + RECORD_HEADER.0, "the LASzip record")?;
-                chunked = u16::from_le_bytes(compressor) >= 2;
+                let data = self.piece(at + RECORD_HEADER.0, length, "the LASzip record")?;
+                compression = Compression::parse(&data);
             }
             at += RECORD_HEADER.0 + length;
         }
@@ -271,7 +290,7 @@ impl<R: Read + Seek> Check<'_, R> {
                 "the points after the records",
             ));
         }
-        Ok(chunked)
+        Ok(compression)
     }
 
     /// The decoder reads the first extended record whole: it must lie in the file.
@@ -307,11 +326,15 @@ impl<R: Read + Seek> Check<'_, R> {
         Err(self.fault(FaultKind::Truncated, place, found, expected))
     }
 
-    /// The chunk table stands behind the points; a truncated file has lost it.
-    fn chunk_table(&mut self, header: &Header, chunked: bool) -> Result<(), FormatError> {
+    /// The chunk table stands behind the points; a truncated file has lost it. Its place and the number of chunks.
+    fn chunk_table(
+        &mut self,
+        header: &Header,
+        chunked: bool,
+    ) -> Result<Option<(u64, u64)>, FormatError> {
         let begin = u64::from(header.offset_to_points);
         if !chunked {
-            return self.inside(begin, 1, "compressed points");
+            return self.inside(begin, 1, "compressed points").map(|()| None);
         }
         let offset: [u8; 8] = self.bytes(begin, "the offset of the chunk table")?;
         let mut table = i64::from_le_bytes(offset);
@@ -341,6 +364,6 @@ impl<R: Read + Seek> Check<'_, R> {
                 "one chunk or more, none empty",
             ));
         }
-        Ok(())
+        Ok(Some((table, chunks)))
     }
 }

@@ -36,6 +36,7 @@ function buildFigures() {
     const s = path.together, name = el("b", {}, pathName(path)), list = [];
     if (s) list.push(["bias", ...withError(s.bias, s.bias_standard_error)], ["standard deviation", ...sixCells(s.standard_deviation)], ["root mean square", ...sixCells(s.rms)]);
     if (s && s.reported) list.push(["reported standard deviation", ...sixCells(s.reported.standard_deviation)]);
+    if (path.predicted) list.push(["bias, propagated", ...sixCells(path.predicted.bias)], ["standard deviation, propagated", ...sixCells(path.predicted.standard_deviation)]);
     if (path.bound) list.push(["Cramer-Rao bound", ...sixCells(path.bound)]);
     if (path.efficiency) list.push(["efficiency", ...PARAMETERS.map(p => number(short(path.efficiency[p.key])))]);
     return list.map((row, i) => [i ? "" : name, ...row]);

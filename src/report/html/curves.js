@@ -3,7 +3,7 @@
 // SWATH
 
 const ORDER_COLOURS = { Exclusive: "#7c3aed", Special: "#1a7f4b", "1a": "#9a6700", "1b": "#9a6700", 2: "#b3261e" };
-const COVARIANCE_WORDS = { reported: "mean of what the path reports", errors: "errors of the trials, bias included", predicted: "predicted from one linearisation, without trials" };
+const COVARIANCE_WORDS = { reported: "mean of what the path reports", errors: "errors of the trials, bias included", propagated: "propagated through the derivatives, bias included", predicted: "predicted from one linearisation, without trials" };
 
 /** The paths that are drawn: the projected variant only where the configured one is missing. */
 function swathPaths() {
