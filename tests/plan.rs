@@ -7,7 +7,7 @@ use boresight::budget::planned::planned;
 use boresight::budget::sweep;
 use boresight::budget::trial::{Configuration, trial};
 use boresight::calibrate::pool::JointConfig;
-use boresight::results::PlanCriterion;
+use boresight::results::{PlanCriterion, PlanResult};
 use boresight::simulate::Scenario;
 
 /// A survey that is quickly simulated and calibrated.
@@ -60,17 +60,18 @@ fn one_pass_is_promised_what_it_reports() {
     within(promised(&thin()), reported(&thin(), 1..6), 0.05);
 }
 
-/// Two passes far enough apart in time that their drift is not the same.
+/// Two passes far enough apart in time that their drift is not the same, each with the phase of the motion at its time. At 9 m the
+/// thin survey has so few soundings on the small faces that a pass alone ties other ones than the two together: 7 % of lx.
 #[test]
 fn two_passes_are_promised_what_they_report() {
     let mut scenario = thinner();
     let mut second = scenario.pass[0].clone();
     second.gap_s = 600.0;
     scenario.pass.push(second.clone());
-    within(promised(&scenario), reported(&scenario, 1..4), 0.05);
+    within(promised(&scenario), reported(&scenario, 1..4), 0.02);
     second.distance_m = 9.0;
     scenario.pass[1] = second;
-    within(promised(&scenario), reported(&scenario, 1..4), 0.05);
+    within(promised(&scenario), reported(&scenario, 1..4), 0.1);
 }
 
 fn request() -> PlanRequest {
@@ -173,7 +174,9 @@ fn nobody_gets_below_what_is_known_of_the_target() {
         result.floor.expect("a floor")
     };
     let (one, two) = (floor_at(0.003), floor_at(0.006));
-    assert!(one.lz_m > 0.0005 && one.lz_m < 0.005, "{one:?}");
+    // as of two independent doubts of this size that are averaged
+    let expected = 0.003 / std::f64::consts::SQRT_2;
+    assert!((one.lz_m / expected - 1.0).abs() < 0.01, "{one:?}");
     assert!((two.lz_m / one.lz_m - 2.0).abs() < 0.02, "{one:?} {two:?}");
     assert!(one.roll_deg < 1e-3, "{one:?}");
 }
@@ -315,4 +318,92 @@ fn threads_leave_no_trace() {
         })
     };
     assert_eq!(on(1), on(2));
+}
+
+fn command(arguments: &[&str], out: &std::path::Path) -> std::process::Output {
+    let scenario = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/models/scenarios/single-pass-thin.toml"
+    );
+    let mut command = assert_cmd::cargo::cargo_bin_cmd!("boresight");
+    command
+        .args(["plan", scenario, "--quiet", "--out"])
+        .arg(out)
+        .args(arguments);
+    command.output().expect("a run")
+}
+
+#[test]
+fn the_command_writes_a_plan_as_json_table_and_page() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("plan");
+    let arguments = [
+        "--distance",
+        "6,9",
+        "--crab",
+        "-10,0",
+        "--wanted",
+        "pitch=1,lx=20",
+        "--json",
+        "--most",
+        "2",
+    ];
+    let ended = command(&arguments, &out);
+    assert_eq!(
+        ended.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&ended.stderr)
+    );
+    let written = std::fs::read(out.join("plan.json")).expect("plan.json");
+    assert_eq!(ended.stdout, written);
+    let result: PlanResult = serde_json::from_slice(&written).expect("a plan");
+    assert_eq!((result.candidates.len(), result.sailed.len()), (4, 1));
+    assert_eq!(result.wanted.lx_m, 0.02);
+    assert!((result.wanted.pitch_deg - 1.0).abs() < 1e-12);
+    assert!(
+        result
+            .command
+            .contains("--crab -10,0 --wanted pitch=1,roll=0.015"),
+        "{}",
+        result.command
+    );
+    let table = std::fs::read_to_string(out.join("plan.csv")).expect("plan.csv");
+    let rows = |kind: &str| table.lines().filter(|l| l.starts_with(kind)).count();
+    assert_eq!(
+        (
+            rows("candidate"),
+            rows("wanted"),
+            rows("sailed"),
+            rows("floor")
+        ),
+        (4, 1, 1, 1)
+    );
+    assert_eq!(rows("chosen"), result.chosen.len());
+    assert!(out.join("plan.html").exists());
+}
+
+#[test]
+fn bad_input_ends_with_two_and_writes_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("plan");
+    for (arguments, part) in [
+        (vec!["--distance", "0"], "above 0"),
+        (vec!["--crab", "95"], "between -90 and 90"),
+        (vec!["--wanted", "heading=1"], "expected one of pitch"),
+        (
+            vec!["--vary", "multibeam.beam=3,4"],
+            "nearest known one is \"beams\"",
+        ),
+        (
+            vec!["--vary", "a=1", "--vary", "b=1", "--vary", "c=1"],
+            "expected one or two",
+        ),
+    ] {
+        let ended = command(&arguments, &out);
+        let said = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(ended.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains(part), "{arguments:?}: {said}");
+        assert!(!out.exists());
+    }
 }

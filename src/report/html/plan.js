@@ -23,7 +23,7 @@ function buildGain() {
   const series = PARAMETERS.map((p, i) => ({ name: p.name, colour: SIX[i], points: steps.map(([n, six]) => [n, six[i]]) }));
   const floor = inWanted(RESULT.floor), levels = (floor || []).flatMap((f, i) => f > 0.02 ? [{ colour: SIX[i], dash: "3 4", thin: true, dots: false, points: [[steps[0][0], f], [steps[steps.length - 1][0], f]] }] : []);
   add("gain", "Standard deviations with the number of passes", parameterKeys(),
-    plot({ title: "In units of what is wanted", x: { label: "passes in all", words: null }, y: { label: "sigma by wanted sigma", log: true }, series: [...levels, ...series], marks: [{ y: 1, name: "wanted" }], width: 860, height: 340 }),
+    plot({ title: "In units of what is wanted", x: { label: "passes in all", whole: true }, y: { label: "sigma by wanted sigma", log: true }, series: [...levels, ...series], marks: [{ y: 1, name: "wanted" }], width: 860, height: 340 }),
     note("Each pass is the best of the candidates at its place. Dotted: what no number of these passes goes below", floor && floor.every(f => f <= 0.02) ? " (here too low to be drawn)." : "."));
 }
 

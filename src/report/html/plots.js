@@ -62,7 +62,7 @@ function logTicks(low, high, count) {
   return list;
 }
 
-/** A plot of curves. x, y: { label, log, words }; series: { name, colour, dash, points, dots }; marks: level lines { y, name }. */
+/** A plot of curves. x, y: { label, log, words, whole }; series: { name, colour, dash, points, dots }; marks: level lines { y, name }. */
 function plot({ title, sub, x, y, series, marks = [], width = 380, height = 260 }) {
   const box = { left: 62, right: 14, top: 12, bottom: 42 };
   const seen = series.map(s => ({ ...s, points: s.points.filter(p => !missing(p[0]) && !missing(p[1]) && (!y.log || p[1] > 0)) })).filter(s => s.points.length);
@@ -75,7 +75,7 @@ function plot({ title, sub, x, y, series, marks = [], width = 380, height = 260 
 }
 
 function frame(box, width, height, x, y, across, up) {
-  const middle = (box.top + height - box.bottom) / 2, places = x.words ? x.words.map((word, i) => [i, word]) : across.ticks;
+  const middle = (box.top + height - box.bottom) / 2, places = x.words ? x.words.map((word, i) => [i, word]) : x.whole ? across.ticks.filter(([v]) => Number.isInteger(v)).map(([v]) => [v, String(v)]) : across.ticks;
   return [
     ...up.ticks.flatMap(([v, label]) => [svg("line", { x1: box.left, x2: width - box.right, y1: up.at(v), y2: up.at(v), stroke: INK.line }),
       text(box.left - 6, up.at(v) + 4, label, { "text-anchor": "end", class: "soft" })]),
