@@ -59,7 +59,7 @@ fn largest(result: &BudgetResult) -> Option<String> {
     let described = result.sources.iter().find(|d| d.source == share.source);
     let title = described.map_or(share.source.as_str(), |d| d.title.as_str());
     Some(format!(
-        "Its largest source: {title}, {:.0} % of the variance of {}.",
+        "The joint path's largest source: {title}, {:.0} % of the variance of {}.",
         100.0 * part,
         ROWS[i].name
     ))

@@ -35,7 +35,7 @@ function barParts(path, origin, parameter) {
 function stackedBars(path) {
   const ways = ORIGINS.filter(([origin]) => path.shares.some(s => s.origin === origin && s.share && !APART.includes(s.source)));
   if (!ways.length) return [];
-  const bar = 15, row = ways.length * (bar + 3) + 12, left = 48, width = 380, right = 12, top = 4, bottom = top + row * 6;
+  const bar = 15, row = ways.length * (bar + 3) + 12, left = 48, width = 380, right = 26, top = 4, bottom = top + row * 6;
   const end = Math.max(1, ...PARAMETERS.flatMap(p => ways.map(([origin]) => barParts(path, origin, p).reduce((sum, part) => sum + part[1], 0))));
   const at = v => left + v / end * (width - left - right);
   const grid = ticks(0, end, 5).flatMap(v => [svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: v === 1 ? "#5b6b78" : INK.line }),
@@ -51,7 +51,7 @@ function stackedBars(path) {
         return rect;
       }), ways.length > 1 ? text(left + 3, y + 11, k ? "MC" : "an.", { style: "font-size:9px;fill:#fff" }) : []];
     })]);
-  const words = ways.length > 1 ? "upper bar analytic, lower bar Monte Carlo" : ways[0][1];
+  const words = ways.length > 1 ? "upper bar analytic, lower trials" : ways[0][1];
   return [el("figure", {}, el("h3", {}, pathName(path), el("small", {}, `  ${words}`)), picture(width, bottom + 22, `shares of variance, ${pathName(path)}`, grid, bars))];
 }
 
