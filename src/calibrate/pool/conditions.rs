@@ -264,7 +264,6 @@ impl SoundingConditions<'_> {
         let interval = self.trajectory.interval(seen.record);
         let scale = self.range_scale.map_or(0.0, |id| x.euclidean(id)[0]);
         let mut beam = self.scene.beam(tie.row as usize, &pose, mounting)?;
-        let measured_m = beam.range_m;
         beam.range_m *= 1.0 + scale;
         let moment = self.trajectory.moment(&seen, interval, chain);
         let position_m = pose.position_m + (moment.position_m - seen.position_m);
@@ -301,9 +300,10 @@ impl SoundingConditions<'_> {
             );
         }
         if let Some(id) = self.range_scale {
+            // by the adjusted range: the measured one errs together with the misclosure
             row.push(
                 x.offset(id),
-                in_sensor.dot(&adjusted.partials.jacobian.column(0)) * measured_m,
+                in_sensor.dot(&adjusted.partials.vector_m) / (1.0 + scale),
             );
         }
         self.trajectory

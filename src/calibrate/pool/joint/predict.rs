@@ -5,7 +5,9 @@ use nalgebra::{DMatrix, Matrix6};
 use super::super::config::JointConfig;
 use super::super::scene::Scene;
 use super::super::ties::Association;
-use super::{Epochs, Frame, JointStart, Ties, options, parameters, six_covariance};
+use super::frame::{Frame, Ties, options, six_covariance};
+use super::unknowns::parameters;
+use super::{Epochs, JointStart};
 use crate::adjust::{AdjustError, Estimate, Options, ParameterSet, Solution, solve};
 use crate::matching::Patches;
 
