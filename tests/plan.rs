@@ -303,6 +303,19 @@ fn scenario_values_are_compared_each_in_its_own_survey() {
     assert_ne!(sigma(0), sigma(2));
 }
 
+/// Waves that have turned for minutes before a later pass begins still have a phase within its limits.
+#[test]
+fn later_passes_can_be_planned() {
+    let text = include_str!("../models/scenarios/three-pass-thin.toml");
+    let scenario = Scenario::from_toml(text).expect("a scenario");
+    let request = PlanRequest {
+        most: 1,
+        ..request()
+    };
+    let result = planned(&scenario, &request, &[], &JointConfig::default(), &|| {});
+    assert!(result.is_ok(), "{result:?}");
+}
+
 /// The same bytes on one thread and on two.
 #[test]
 fn threads_leave_no_trace() {

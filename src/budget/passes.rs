@@ -134,7 +134,8 @@ fn error_free(scenario: &Scenario, timed: &Timed) -> Scenario {
         &mut m.heading,
     ];
     for wave in all.into_iter().flat_map(|o| &mut o.wave) {
-        wave.phase_deg += (360.0 * timed.begin_s / wave.period_s) % 360.0;
+        let turned = wave.phase_deg + 360.0 * timed.begin_s / wave.period_s;
+        wave.phase_deg = (turned + 180.0).rem_euclid(360.0) - 180.0;
     }
     alone.sources = Sources::none();
     alone.disturbance = Disturbance::default();
