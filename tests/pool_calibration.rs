@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-const THIN: &str = include_str!("../models/scenarios/three-pass-thin.toml");
+const THIN: &str = include_str!("../models/scenarios/disturbed-thin.toml");
 
 fn survey(seed: u64) -> Simulated {
     let scenario = Scenario::from_toml(THIN).expect("a scenario");
