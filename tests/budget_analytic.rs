@@ -321,7 +321,7 @@ fn the_reference_path_follows_a_drift_through_the_frame() {
     let found = difference(&found, &linear.mounting);
     for i in 0..6 {
         // one sounding at an edge moves the path by as much
-        let jump = if i < 3 { 2e-5 } else { 1e-4 };
+        let jump = if i < 3 { 2e-5 } else { 6e-5 };
         let (f, e) = (found[i], expected[i]);
         println!("{i}: {f:+.3e}, predicted {e:+.3e}");
         assert!(

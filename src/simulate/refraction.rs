@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::scene::{Hit, Ray};
+use super::scene::{BLANKING_M, Hit, Ray};
 use crate::observe::SoundSpeedProfile;
 
 /// Length of a step, metres; the midpoint rule's error is below a micrometre at 10 m for gradients of 1/s.
@@ -50,7 +50,8 @@ pub(super) fn trace(
     };
     for _ in 0..(limit_m / STEP_M) as usize {
         let (speed, bend, chord) = middle(&ray, STEP_M);
-        if let Some(hit) = cast(&chord).filter(|hit| hit.range_m <= STEP_M) {
+        // beyond the step too: what the next one begins in front of, it would not see
+        if let Some(hit) = cast(&chord).filter(|hit| hit.range_m <= STEP_M + BLANKING_M) {
             let (speed, _, shorter) = middle(&ray, hit.range_m);
             let hit = cast(&shorter).unwrap_or(hit);
             return Some(Path {

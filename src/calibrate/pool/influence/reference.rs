@@ -39,17 +39,19 @@ pub fn sequential(
     let (scene, scanned) = (&outcome.scene, Scanned::by(&outcome.scene, input));
     let ties = sounding_ties(input, outcome, &scanned);
     let held = hold(scene, &ties);
-    let path = Differences {
+    let mut path = Differences {
         scene,
         held: &held,
         scanner: scanner_planes(outcome)?,
         wall_m: wall_mean_m(outcome),
+        rest: scene.campaign.sonar,
         config: SequentialConfig {
             variant: Variant::Projected,
             ..input.sequential.clone()
         },
     };
     let start = path.run(&Knobs::at_rest(&path.scanner))?;
+    path.rest = start;
     let mut rest = Knobs::at_rest(&path.scanner);
     let found = path.pooled(&start, &rest);
     let fits = [
@@ -168,15 +170,15 @@ impl Knobs {
         }
     }
 
-    /// A sounding's point moved along its plane's normal.
-    fn moved(&self, role: usize, point: Vector3<f64>) -> Vector3<f64> {
+    /// What a sounding is moved by along its plane's normal, from where it lies at rest.
+    fn moved(&self, role: usize, rest_m: &Vector3<f64>) -> Vector3<f64> {
         let Some(fit) = self.fits.get(role) else {
-            return point + Vector3::z() * self.level_m;
+            return Vector3::z() * self.level_m;
         };
         let [shift, first, second] = self.soundings[role];
-        let arm = point - fit.centroid_m;
+        let arm = rest_m - fit.centroid_m;
         let along = fit.along.map(|axis| axis.dot(&arm));
-        point + fit.plane.normal * (shift + first * along[0] + second * along[1])
+        fit.plane.normal * (shift + first * along[0] + second * along[1])
     }
 
     /// The scanner's planes tilted and shifted, in the frame moved; `wall_m` is the mean of the wall's returns.
@@ -219,6 +221,8 @@ struct Differences<'a> {
     scanner: ScannerPlanes,
     /// Mean of the wall's returns.
     wall_m: Vector3<f64>,
+    /// The mounting under which points are at rest.
+    rest: Mounting,
     config: SequentialConfig,
 }
 
@@ -237,7 +241,10 @@ impl Differences<'_> {
         let mut faces = vec![FaceSoundings::default(); target.faces.len()];
         for h in self.held {
             if let Some(role) = role_index(self.scene, h.tie.face as usize) {
-                let point = knobs.moved(role, georeference(&h.pose, mounting, &h.u_m));
+                // an error stays with its sounding, wherever the path's mounting puts the point; a turn takes that way along
+                let at = |mounting| georeference(&h.pose, mounting, &h.u_m);
+                let rest = at(&self.rest);
+                let point = rest + turns[role] * (at(mounting) - rest) + knobs.moved(role, &rest);
                 let attitude = frame.back * turns[role] * h.pose.rotation;
                 faces[h.tie.face as usize].add(&frame.point(&point), &attitude);
             }
