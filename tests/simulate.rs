@@ -222,6 +222,7 @@ fn falling_speed_bends_rays_and_loses_none() {
             "{gradient}: {bent} of {straight}"
         );
     }
+    scenario.sound_speed = water(-5.0);
     scenario.multibeam.max_range_m = 200.0;
     let faults = scenario.check();
     assert_eq!(faults.len(), 1, "{faults:?}");
