@@ -350,6 +350,24 @@ fn bad_input_ends_with_two_and_writes_nothing() {
     assert!(!out.exists());
 }
 
+#[test]
+fn a_survey_file_is_called_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    let survey = folder.path().join("survey.toml");
+    let out = folder.path().join("out");
+    let text_of = include_str!("data/csv/survey.toml");
+    std::fs::write(&survey, text_of).expect("written");
+    let output = run(&["budget", path(&survey), "--out", path(&out)]);
+    let said = text(&output.stderr);
+    assert_eq!(code(&output), 2, "{said}");
+    assert!(
+        said.contains("survey.toml: found a survey file (procedure = \"pool\""),
+        "{said}"
+    );
+    assert!(said.contains("expected a scenario"), "{said}");
+    assert!(!out.exists());
+}
+
 /// Ctrl-C while trials run: exit code 130, what is done is kept, and going on gives the bytes of an undisturbed run.
 #[cfg(unix)]
 #[test]

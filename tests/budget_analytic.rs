@@ -3,13 +3,16 @@
 
 use boresight::budget::analytic::{Analytic, PathBudget, Prediction, analytic, analytic_with};
 use boresight::calibrate::pool::config::{KernelName, Variant};
-use boresight::calibrate::pool::influence::difference;
+use boresight::calibrate::pool::frame;
+use boresight::calibrate::pool::influence::{self, Pull, difference};
 use boresight::calibrate::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
+use boresight::geometry::{Geodetic, Point};
+use boresight::observe::Campaign;
 use boresight::simulate::motion::MotionModel;
 use boresight::simulate::scenario::{Recorded, Water};
-use boresight::simulate::{Scenario, Source, Sources, simulate};
+use boresight::simulate::{Scenario, Simulated, Source, Sources, simulate};
 use boresight::target::TargetModel;
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector4, Vector6};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -220,6 +223,112 @@ fn one_survey_with_each_constant_error() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Metres in the target frame by which a record is wrong at a time: a slow drift over the pass.
+fn drift_m(time_s: f64, middle_s: f64, half_s: f64) -> Vector3<f64> {
+    let s = (time_s - middle_s) / half_s;
+    Vector3::new(0.01 * s, 0.005 * s * s, 0.003 * (2.0 * s).sin())
+}
+
+/// The trajectory with every position wrong by this many metres in the target frame.
+fn displaced(survey: &Simulated, by: impl Fn(f64) -> Vector3<f64>) -> Campaign {
+    let mut campaign = survey.campaign.clone();
+    let (pose, t) = (survey.reality.target, &mut campaign.trajectory);
+    let turn = pose.ecef_from_target().rotation.matrix;
+    for k in 0..t.time_s.len() {
+        let place = Geodetic {
+            latitude_rad: t.latitude_rad[k],
+            longitude_rad: t.longitude_rad[k],
+            height_m: t.height_m[k],
+        };
+        let right = pose.ellipsoid.to_geocentric(&place).coordinates;
+        let wrong = pose
+            .ellipsoid
+            .to_geodetic(&Point::new(right + turn * by(t.time_s[k])));
+        t.latitude_rad[k] = wrong.latitude_rad;
+        t.longitude_rad[k] = wrong.longitude_rad;
+        t.height_m[k] = wrong.height_m;
+    }
+    campaign
+}
+
+/// A drift turns the target's frame with the laser points that register it: one survey with a drift, less one without, against
+/// the reference path's pulls. The frame is what makes the difference: without it lx would be off by several times the limit.
+#[test]
+fn the_reference_path_follows_a_drift_through_the_frame() {
+    let scenario = Scenario {
+        sources: Sources::none(),
+        ..thin()
+    };
+    let survey = simulate(&scenario, 1).expect("a survey");
+    let (sequential, joint) = (projected(), least_squares());
+    let input = |campaign| PoolInput {
+        campaign,
+        target: &survey.target,
+        prior: &survey.prior,
+        method: Method::Both,
+        sequential: &sequential,
+        joint: &joint,
+        seed: 1,
+    };
+    let outcome = calibrate(&input(&survey.campaign), &|_| {}).expect("usable input");
+    let linear = influence::sequential(&input(&survey.campaign), &outcome).expect("pulls");
+    let times = &survey.campaign.trajectory.time_s;
+    let (first_s, last_s) = (times[0], times[times.len() - 1]);
+    let by = |time_s| drift_m(time_s, 0.5 * (first_s + last_s), 0.5 * (last_s - first_s));
+    let moved = |pull: &Pull, time_s: &[f64]| {
+        let group = survey.target.faces[pull.face as usize].group;
+        pull.six
+            * survey.target.groups[group]
+                .normal
+                .dot(&by(time_s[pull.row as usize]))
+    };
+    let (soundings, returns) = (
+        &survey.campaign.soundings.time_s,
+        &survey.campaign.laser.time_s,
+    );
+    let pulls = &linear.pulls;
+    let expected: Vector6<f64> = pulls
+        .soundings
+        .iter()
+        .map(|p| moved(p, soundings))
+        .sum::<Vector6<f64>>()
+        + pulls
+            .returns
+            .iter()
+            .map(|p| moved(p, returns))
+            .sum::<Vector6<f64>>();
+    let drifted = displaced(&survey, by);
+    let wrong = calibrate(&input(&drifted), &|_| {}).expect("usable input");
+    let responses = frame::of_returns(&outcome.scene);
+    let followed: Vector4<f64> = responses
+        .iter()
+        .map(|r| r.parameters * r.normal.dot(&by(returns[r.point])))
+        .sum();
+    let turned = wrong.scene.azimuth_shift_rad - outcome.scene.azimuth_shift_rad;
+    println!("azimuth: {turned:+.3e}, predicted {:+.3e}", followed[3]);
+    assert!(turned.abs() > 5e-4, "{turned}");
+    assert!(
+        (turned - followed[3]).abs() < 0.05 * turned.abs(),
+        "{turned} {followed}"
+    );
+    let found = wrong
+        .sequential
+        .expect("a path")
+        .expect("a result")
+        .mounting;
+    let found = difference(&found, &linear.mounting);
+    for i in 0..6 {
+        // one sounding at an edge moves the path by as much
+        let jump = if i < 3 { 2e-5 } else { 6e-5 };
+        let (f, e) = (found[i], expected[i]);
+        println!("{i}: {f:+.3e}, predicted {e:+.3e}");
+        assert!(
+            (f - e).abs() < 0.05 * e.abs() + jump,
+            "{i}: {f:+.3e}, predicted {e:+.3e}"
+        );
+    }
 }
 
 /// A factor scales what happens and not what is claimed: an efficiency below one, four times the covariance.

@@ -199,6 +199,41 @@ fn bent_rays_take_the_time_of_the_closed_form() {
     assert!(steep > 5000 && flat < steep, "{steep} {flat}");
 }
 
+/// Speed falling with depth loses no hit on the way; a speed that no water has is refused.
+#[test]
+fn falling_speed_bends_rays_and_loses_none() {
+    let mut scenario = short(Sources::none());
+    let water = |gradient: f64| {
+        let text = format!("speed_m_s = 1480.0\ngradient_error_1_s = {gradient}");
+        Some(toml::from_str(&text).expect("water"))
+    };
+    scenario.sources = Sources::only(&[Source::SoundSpeedGradient]);
+    let soundings =
+        |scenario: &Scenario| simulate(scenario, 1).expect("a survey").campaign.soundings;
+    scenario.sound_speed = water(0.0);
+    let straight = soundings(&scenario).len();
+    for gradient in [-1e-6, -0.1, -0.2, -1.0] {
+        scenario.sound_speed = water(gradient);
+        let bent = soundings(&scenario).len();
+        let lost = straight as f64 - bent as f64;
+        println!("{gradient}: {bent} of {straight}");
+        assert!(
+            lost < 0.001 * straight as f64,
+            "{gradient}: {bent} of {straight}"
+        );
+    }
+    scenario.sound_speed = water(-5.0);
+    scenario.multibeam.max_range_m = 200.0;
+    let faults = scenario.check();
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    assert!(
+        faults[0].starts_with("sound_speed: true speed at 20"),
+        "{faults:?}"
+    );
+    scenario.sources = Sources::none();
+    assert_eq!(scenario.check(), Vec::<String>::new());
+}
+
 #[test]
 fn gross_errors_are_as_many_and_as_wide_as_asked() {
     let mut scenario = short(Sources::only(&[Source::GrossErrors]));

@@ -181,10 +181,11 @@ pub fn analytic_with(
     })
 }
 
-/// Normal of every face's group as the scanner saw it.
+/// Normal of every face's group as the scanner saw it, as designed where it saw too little.
 fn normals(outcome: &PoolOutcome) -> Vec<Option<Vector3<f64>>> {
-    let faces = outcome.scene.target.faces.iter();
-    faces
-        .map(|f| Some(outcome.planes[f.group]?.fit.plane.normal))
-        .collect()
+    let target = outcome.scene.target;
+    let seen = |group: usize| Some(outcome.planes[group]?.fit.plane.normal);
+    let normal = |group: usize| seen(group).unwrap_or(target.groups[group].normal);
+    let faces = target.faces.iter();
+    faces.map(|f| Some(normal(f.group))).collect()
 }

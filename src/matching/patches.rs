@@ -51,6 +51,19 @@ pub enum Verdict {
     Obstacle,
 }
 
+/// What a rough point is drawn to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attraction {
+    /// The face (index in [`Target::faces`]).
+    pub face: u16,
+    /// Its outward normal.
+    pub normal: Vector3<f64>,
+    /// Signed distance of the point to its plane, metres.
+    pub signed_m: f64,
+    /// Distance of the point to the face itself, metres.
+    pub away_m: f64,
+}
+
 /// One visible face.
 #[derive(Clone, Debug)]
 struct Patch {
@@ -172,15 +185,14 @@ impl Patches {
         Some((owner, found.distance.sqrt()))
     }
 
-    /// The face that a rough point is closest to: outward normal, signed distance to its plane, and distance to the face
-    /// itself; `None` beyond `reach_m` or for a face seen from behind.
+    /// The face that a rough point is closest to; `None` beyond `reach_m` or for a face seen from behind.
     #[must_use]
     pub fn attract(
         &self,
         point: &Vector3<f64>,
         ray: &Vector3<f64>,
         reach_m: f64,
-    ) -> Option<(Vector3<f64>, f64, f64)> {
+    ) -> Option<Attraction> {
         if !self.near_box(point, reach_m) {
             return None;
         }
@@ -188,18 +200,23 @@ impl Patches {
         if near_m > reach_m + SPACING_M {
             return None;
         }
-        let mut best: Option<(Vector3<f64>, f64, f64)> = None;
+        let mut best: Option<Attraction> = None;
         for &n in &self.patches[owner as usize].neighbours {
             let patch = &self.patches[n as usize];
             let signed_m = patch.normal.dot(point) - patch.distance_m;
-            let nearest_m = best.map_or(reach_m, |b| b.2);
+            let nearest_m = best.map_or(reach_m, |b| b.away_m);
             if signed_m.abs() > nearest_m || patch.normal.dot(ray) >= 0.0 {
                 continue;
             }
             let outside_m = (-patch.outline.inside_within_m(point, nearest_m)).max(0.0);
             let away_m = signed_m.hypot(outside_m);
-            if away_m <= reach_m && best.is_none_or(|b| away_m < b.2) {
-                best = Some((patch.normal, signed_m, away_m));
+            if away_m <= reach_m && best.is_none_or(|b| away_m < b.away_m) {
+                best = Some(Attraction {
+                    face: patch.face as u16,
+                    normal: patch.normal,
+                    signed_m,
+                    away_m,
+                });
             }
         }
         best

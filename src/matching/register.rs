@@ -5,7 +5,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::patches::Patches;
+use super::patches::{Attraction, Patches};
 
 /// One point as the parameters move it.
 #[derive(Clone, Copy, Debug)]
@@ -88,29 +88,79 @@ fn reweighted_step<const D: usize>(
     prior_sigma: &SVector<f64, D>,
     width_m: f64,
 ) -> Option<SVector<f64, D>> {
-    let mut normal_matrix = SMatrix::<f64, D, D>::zeros();
-    let mut right_side = SVector::<f64, D>::zeros();
-    for i in 0..D {
-        let weight = prior_sigma[i].powi(-2);
-        normal_matrix[(i, i)] += weight;
-        right_side[i] += weight * (start[i] - parameters[i]);
-    }
+    let mut normal_matrix = prior_weights(prior_sigma);
+    let mut right_side = normal_matrix * (start - parameters);
     let mut attracted = false;
     for k in 0..points.len() {
-        let sight = points.sight(k, parameters);
-        let Some((normal, signed_m, away_m)) =
-            patches.attract(&sight.point_m, &sight.ray, 3.0 * width_m)
-        else {
+        let Some((row, weight, at)) = drawn(points, patches, parameters, k, width_m) else {
             continue;
         };
-        let weight = geman_mcclure(away_m / width_m) / (width_m * width_m);
-        let row = sight.jacobian.tr_mul(&normal);
         normal_matrix.ger(weight, &row, &row, 1.0);
-        right_side -= row * (weight * signed_m);
+        right_side -= row * (weight * at.signed_m);
         attracted = true;
     }
     let solution = normal_matrix.try_inverse()? * right_side;
     (attracted && solution.iter().all(|v| v.is_finite())).then_some(solution)
+}
+
+fn prior_weights<const D: usize>(prior_sigma: &SVector<f64, D>) -> SMatrix<f64, D, D> {
+    SMatrix::from_diagonal(&prior_sigma.map(|sigma| sigma.powi(-2)))
+}
+
+/// Point `k` as a condition: d(distance)/d(parameters), weight, and the face; `None` when no face attracts it.
+fn drawn<const D: usize>(
+    points: &impl Movable<D>,
+    patches: &Patches,
+    parameters: &SVector<f64, D>,
+    k: usize,
+    width_m: f64,
+) -> Option<(SVector<f64, D>, f64, Attraction)> {
+    let sight = points.sight(k, parameters);
+    let at = patches.attract(&sight.point_m, &sight.ray, 3.0 * width_m)?;
+    let weight = geman_mcclure(at.away_m / width_m) / (width_m * width_m);
+    Some((sight.jacobian.tr_mul(&at.normal), weight, at))
+}
+
+/// How a registration follows one of its points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Response<const D: usize> {
+    /// Number of the point.
+    pub point: usize,
+    /// The face that it is drawn to (index in the target's faces).
+    pub face: u16,
+    /// Outward normal of that face.
+    pub normal: Vector3<f64>,
+    /// Change of the parameters per metre by which the point moves along that normal.
+    pub parameters: SVector<f64, D>,
+}
+
+/// First derivatives of a registration that ended at `parameters`, its weights those of the last width: `-N^-1 w J^T n` for each
+/// point, `N = sum w J^T n n^T J + prior`. Empty when nothing attracts.
+#[must_use]
+pub fn responses<const D: usize>(
+    points: &impl Movable<D>,
+    patches: &Patches,
+    parameters: &SVector<f64, D>,
+    prior_sigma: &SVector<f64, D>,
+    width_m: f64,
+) -> Vec<Response<D>> {
+    let one = |k| Some((k, drawn(points, patches, parameters, k, width_m)?));
+    let all: Vec<_> = (0..points.len()).filter_map(one).collect();
+    let mut normal_matrix = prior_weights(prior_sigma);
+    for (_, (row, weight, _)) in &all {
+        normal_matrix.ger(*weight, row, row, 1.0);
+    }
+    let Some(cofactor) = normal_matrix.try_inverse() else {
+        return vec![];
+    };
+    let response =
+        |(point, (row, weight, at)): (usize, (SVector<f64, D>, f64, Attraction))| Response {
+            point,
+            face: at.face,
+            normal: at.normal,
+            parameters: -(cofactor * row * weight),
+        };
+    all.into_iter().map(response).collect()
 }
 
 /// Soft number of points within `width_m` of a face, from an even sample of them.
@@ -128,7 +178,7 @@ pub fn score<const D: usize>(
             let sight = points.sight(k, parameters);
             patches.attract(&sight.point_m, &sight.ray, 3.0 * width_m)
         })
-        .map(|(_, _, away_m)| geman_mcclure(away_m / width_m))
+        .map(|at| geman_mcclure(at.away_m / width_m))
         .sum();
     fits * stride as f64
 }
@@ -161,8 +211,7 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_shift_of_40_cm_is_found_among_outliers() {
+    fn scene() -> (Target, Patches) {
         let model = WallModel {
             wall_length_m: 8.0,
             wall_height_m: 6.0,
@@ -176,13 +225,21 @@ mod tests {
         let target = Target::from_model(&TargetModel::PoolWall(model)).expect("a wall");
         let origin = Vector3::new(-6.0, 0.0, -1.4);
         let patches = Patches::new(&target, Water::Below, 0.0, &[origin]);
+        (target, patches)
+    }
+
+    fn wet_points(target: &Target, patches: &Patches) -> Vec<Vector3<f64>> {
+        let faces = patches.faces();
+        let samples = faces.flat_map(|f| target.faces[f].outline.samples_m(0.13));
+        samples.filter(|p| p.z < 0.0).collect()
+    }
+
+    #[test]
+    fn a_shift_of_40_cm_is_found_among_outliers() {
+        let (target, patches) = scene();
         let shift = Vector3::new(0.4, -0.3, 0.25);
-        let mut points: Vec<_> = patches
-            .faces()
-            .flat_map(|f| target.faces[f].outline.samples_m(0.13))
-            .filter(|p| p.z < 0.0)
-            .map(|p| p - shift)
-            .collect();
+        let mut points = wet_points(&target, &patches);
+        points.iter_mut().for_each(|p| *p -= shift);
         for k in 0..points.len() / 4 {
             points[4 * k] += Vector3::new(
                 ((k * 37) % 101) as f64 * 0.02 - 1.0,
@@ -201,6 +258,38 @@ mod tests {
             (found.parameters - shift).norm() < 0.005,
             "{:?}",
             found.parameters
+        );
+    }
+    /// A bent cloud: the registration follows it as its responses say.
+    #[test]
+    fn responses_are_the_registrations_derivatives() {
+        let (target, patches) = scene();
+        let points = wet_points(&target, &patches);
+        let bend = |p: &Vector3<f64>| {
+            Vector3::new(2e-4 * p.y, 3e-4 * (p.z + 1.0), -1e-4 * p.y + 2e-4 * p.x)
+        };
+        let (width_m, sigma) = (0.025, SVector::repeat(0.05));
+        let responses = responses(
+            &Shifted(points.clone()),
+            &patches,
+            &SVector::zeros(),
+            &sigma,
+            width_m,
+        );
+        let expected: Vector3<f64> = responses
+            .iter()
+            .map(|r| r.parameters * r.normal.dot(&bend(&points[r.point])))
+            .sum();
+        let bent = Shifted(points.iter().map(|p| p + bend(p)).collect());
+        let (mut found, zero) = (SVector::zeros(), SVector::zeros());
+        for _ in 0..20 {
+            let step = reweighted_step(&bent, &patches, &found, &zero, &sigma, width_m);
+            found += step.expect("a step");
+        }
+        assert!(expected.amin().abs() > 5e-6, "{expected}");
+        assert!(
+            (found - expected).norm() < 0.02 * expected.norm(),
+            "{found} {expected}"
         );
     }
 }

@@ -82,12 +82,43 @@ impl Scenario {
     fn check_water(&self, faults: &mut Faults) {
         let travel_time = self.multibeam.records == Recorded::TravelTime;
         match &self.sound_speed {
-            Some(water) => water.check(faults),
+            Some(water) => {
+                water.check(faults);
+                self.check_true_speeds(water, faults);
+            }
             None if travel_time => faults.0.push(
                 "[sound_speed] not found, expected one because multibeam.records = \"travel_time\""
                     .to_owned(),
             ),
             None => {}
+        }
+    }
+
+    /// Deepest place that a ray of the multibeam can come to, metres below the water level: from its deepest stand straight down.
+    #[must_use]
+    pub(super) fn deepest_m(&self) -> f64 {
+        let (height, m) = (&self.motion.height, &self.multibeam);
+        let swing: f64 = height.wave.iter().map(|w| w.amplitude.abs()).sum();
+        let length = |arm: &[f64; 3]| arm.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let arm = length(&m.lever_arm_m) + length(&self.truth.lever_arm_correction_m);
+        let lowest_m = height.mean - swing - arm;
+        (self.target.water_level_m - lowest_m).max(0.0) + m.max_range_m
+    }
+
+    /// The speeds that the unknown gradient makes of the known ones, as far down as a ray comes.
+    fn check_true_speeds(&self, water: &Water, faults: &mut Faults) {
+        let deepest_m = self.deepest_m();
+        let factor = self.sources.factor(Source::SoundSpeedGradient);
+        let (given, random) = (
+            water.gradient_error_1_s * factor,
+            SIGMAS * water.gradient_sigma_1_s * factor,
+        );
+        let known = |&[depth, speed]: &[f64; 2]| (depth.min(deepest_m), speed);
+        let last = water.speed_m_s.map(|speed| (deepest_m, speed));
+        for (depth_m, speed) in water.profile.iter().map(known).chain(last) {
+            let key = format!("sound_speed: true speed at {depth_m:.1} m of depth");
+            let speeds = [given - random, given + random].map(|g| speed + g * depth_m);
+            faults.ranges(&key, &speeds, 1000.0, 2000.0);
         }
     }
 
@@ -398,6 +429,9 @@ impl Oscillation {
         }
     }
 }
+
+/// Random errors are judged up to this many sigmas.
+const SIGMAS: f64 = 6.0;
 
 /// What was found wrong so far.
 #[derive(Default)]

@@ -71,7 +71,7 @@ impl Reality {
             water: scenario
                 .sound_speed
                 .as_ref()
-                .and_then(|w| true_water(w, range_scale, gradient_1_s)),
+                .and_then(|w| true_water(w, range_scale, gradient_1_s, scenario.deepest_m())),
         }
     }
 }
@@ -142,16 +142,18 @@ fn gradient(scenario: &Scenario, mut draws: Draws) -> f64 {
     water.gradient_error_1_s * draws.factor() + draws.normal(water.gradient_sigma_1_s)
 }
 
-/// Deep enough for every basin, metres.
-const DEEPEST_M: f64 = 12_000.0;
-
-/// The true speed over depth; `None` where it is one speed, so that rays are straight.
-fn true_water(known: &Water, range_scale: f64, gradient_1_s: f64) -> Option<SoundSpeedProfile> {
+/// The true speed over depth, down to what a ray can reach; `None` where it is one speed, so that rays are straight.
+fn true_water(
+    known: &Water,
+    range_scale: f64,
+    gradient_1_s: f64,
+    deepest_m: f64,
+) -> Option<SoundSpeedProfile> {
     if known.profile.is_empty() && gradient_1_s == 0.0 {
         return None;
     }
     let samples = match known.speed_m_s {
-        Some(speed) if known.profile.is_empty() => vec![[0.0, speed], [DEEPEST_M, speed]],
+        Some(speed) if known.profile.is_empty() => vec![[0.0, speed], [deepest_m, speed]],
         _ => known.profile.clone(),
     };
     let truth = |[depth, speed]: &[f64; 2]| speed * (1.0 + range_scale) + gradient_1_s * depth;

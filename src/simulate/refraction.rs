@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::scene::{Hit, Ray};
+use super::scene::{BLANKING_M, Hit, Ray};
 use crate::observe::SoundSpeedProfile;
 
 /// Length of a step, metres; the midpoint rule's error is below a micrometre at 10 m for gradients of 1/s.
@@ -50,7 +50,8 @@ pub(super) fn trace(
     };
     for _ in 0..(limit_m / STEP_M) as usize {
         let (speed, bend, chord) = middle(&ray, STEP_M);
-        if let Some(hit) = cast(&chord).filter(|hit| hit.range_m <= STEP_M) {
+        // beyond the step too: what the next one begins in front of, it would not see
+        if let Some(hit) = cast(&chord).filter(|hit| hit.range_m <= STEP_M + BLANKING_M) {
             let (speed, _, shorter) = middle(&ray, hit.range_m);
             let hit = cast(&shorter).unwrap_or(hit);
             return Some(Path {
@@ -68,19 +69,16 @@ pub(super) fn trace(
     None
 }
 
-/// How far a bent ray can be from the straight one at this range, metres.
-pub(super) fn largest_bend_m(water: &SoundSpeedProfile, range_m: f64) -> f64 {
-    let slope = |k: usize| {
-        (water.speed_m_s[k + 1] - water.speed_m_s[k]) / (water.depth_m[k + 1] - water.depth_m[k])
-    };
-    let steepest = (1..water.depth_m.len())
-        .map(|k| slope(k - 1).abs())
-        .fold(0.0, f64::max);
-    let slowest = water
-        .speed_m_s
-        .iter()
-        .copied()
-        .fold(f64::INFINITY, f64::min);
+/// How far a bent ray can be from the straight one at this range while it stays above a depth, metres.
+pub(super) fn largest_bend_m(water: &SoundSpeedProfile, range_m: f64, deepest_m: f64) -> f64 {
+    let within = water.depth_m.iter().filter(|d| **d < deepest_m);
+    let ends = within.copied().chain([0.0, deepest_m]);
+    let (mut steepest, mut slowest) = (0.0_f64, f64::INFINITY);
+    for depth_m in ends {
+        let (speed, per_metre) = speed_and_gradient(water, depth_m);
+        steepest = steepest.max(per_metre.abs());
+        slowest = slowest.min(speed);
+    }
     range_m * range_m * steepest / (2.0 * slowest)
 }
 
@@ -98,4 +96,41 @@ fn speed_and_gradient(water: &SoundSpeedProfile, depth_m: f64) -> (f64, f64) {
     let (c0, c1) = (water.speed_m_s[below - 1], water.speed_m_s[below]);
     let gradient = (c1 - c0) / (d1 - d0);
     (c0 + gradient * (depth_m - d0), gradient)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn water(depth_m: &[f64], speed_m_s: &[f64]) -> SoundSpeedProfile {
+        SoundSpeedProfile {
+            depth_m: depth_m.to_vec(),
+            speed_m_s: speed_m_s.to_vec(),
+        }
+    }
+
+    /// By hand: `range^2 gradient / (2 slowest)`; what lies deeper than a ray comes does not count.
+    #[test]
+    fn the_bend_is_that_of_the_water_within_reach() {
+        let falling = water(&[0.0, 12_000.0], &[1500.0, -900.0]);
+        let bend_m = largest_bend_m(&falling, 50.0, 50.0);
+        assert!(
+            (bend_m - 2500.0 * 0.2 / (2.0 * 1490.0)).abs() < 1e-9,
+            "{bend_m}"
+        );
+        let layered = water(&[0.0, 10.0, 20.0, 30.0], &[1500.0, 1501.0, 1503.0, 1400.0]);
+        for (deepest_m, gradient, slowest) in [
+            (5.0, 0.1, 1500.0),
+            (15.0, 0.2, 1500.0),
+            (25.0, 10.3, 1451.5),
+            (90.0, 10.3, 1400.0),
+        ] {
+            let found = largest_bend_m(&layered, 10.0, deepest_m);
+            let expected = 100.0 * gradient / (2.0 * slowest);
+            assert!(
+                (found - expected).abs() < 1e-9,
+                "{deepest_m}: {found} {expected}"
+            );
+        }
+    }
 }

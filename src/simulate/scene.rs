@@ -40,7 +40,7 @@ pub struct Hit {
 }
 
 /// Nearer than this nothing is hit, metres.
-const BLANKING_M: f64 = 1e-3;
+pub(super) const BLANKING_M: f64 = 1e-3;
 /// Farther than this nothing is hit, metres.
 const FARTHEST_M: f64 = 1e6;
 

@@ -59,10 +59,9 @@ impl<'a> Sonar<'a> {
         let m = &scenario.multibeam;
         let draws = |source| Draws::new(seed, source, &scenario.sources);
         let quarter = std::f64::consts::FRAC_PI_2;
-        let bend = reality
-            .water
-            .as_ref()
-            .map_or(0.0, |w| refraction::largest_bend_m(w, m.max_range_m));
+        let bend = reality.water.as_ref().map_or(0.0, |w| {
+            refraction::largest_bend_m(w, m.max_range_m, scenario.deepest_m())
+        });
         let d = &scenario.disturbance;
         Self {
             fan: Fan::new(

@@ -117,6 +117,9 @@ fn parse(
     open: impl Fn(&str) -> std::io::Result<String>,
 ) -> Result<ScenarioFile, ScenarioError> {
     let mut root = table_of(file, text)?;
+    if let Some(found) = other_kind(&root) {
+        return Err(fault(file, format!("found {found}, expected a scenario")));
+    }
     let model_text = match path_of_model(&root) {
         Some(path) => Some(
             open(&path).map_err(|e| fault(file, format!("[target] model = \"{path}\": {e}")))?,
@@ -166,6 +169,29 @@ fn table_of<'t>(file: &Path, text: &'t str) -> Result<Spanned<DeTable<'t>>, Scen
         file: file.to_owned(),
         faults,
     })
+}
+
+/// What a file is that is no scenario but has the keys of another kind.
+fn other_kind(root: &Spanned<DeTable<'_>>) -> Option<String> {
+    let has = |key: &&str| root.get_ref().contains_key(*key);
+    if ["seed", "pass", "motion", "truth"].iter().any(has) {
+        return None;
+    }
+    let procedure = || {
+        Some(
+            root.get_ref()
+                .get("procedure")?
+                .get_ref()
+                .as_str()?
+                .to_owned(),
+        )
+    };
+    if let Some(procedure) = procedure() {
+        return Some(format!(
+            "a survey file (procedure = \"{procedure}\", no [[pass]]): what was measured, for `boresight calibrate`"
+        ));
+    }
+    has(&"kind").then(|| "a target file (kind, no [[pass]])".to_owned())
 }
 
 fn line_of(text: &str, error: &toml::de::Error) -> usize {
@@ -329,6 +355,21 @@ mod tests {
                 == 3,
             "{faults:?}"
         );
+    }
+
+    #[test]
+    fn files_of_another_kind_are_called_what_they_are() {
+        let survey = faults_of("procedure = \"pool\"\n[target]\nmodel = \"target.toml\"\n");
+        assert_eq!(survey.len(), 1, "{survey:?}");
+        assert!(
+            survey[0].starts_with("found a survey file (procedure = \"pool\""),
+            "{survey:?}"
+        );
+        assert!(survey[0].ends_with("expected a scenario"), "{survey:?}");
+        let target = faults_of("kind = \"pool-wall\"\n");
+        assert!(target[0].starts_with("found a target file"), "{target:?}");
+        let text = format!("procedure = \"pool\"\n{DEMO}");
+        assert!(from_text(Path::new("s.toml"), &text).is_ok());
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`run`] | the whole in memory: [`run::calibrate`] |
 //! | [`scene`] | trajectory, refined target pose, rough mounting |
+//! | [`frame`] | how the refined pose follows each laser point |
 //! | [`ties`], [`planes`] | which point lies on which face; the scanner's planes |
 //! | [`sequential`] | the reference path |
 //! | [`joint`], [`conditions`] | the joint path |
@@ -20,6 +21,7 @@ pub mod conditions;
 pub mod config;
 pub mod coverage;
 pub mod designed;
+pub mod frame;
 pub mod influence;
 pub mod joint;
 pub mod planes;

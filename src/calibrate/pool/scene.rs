@@ -1,8 +1,9 @@
 //! The scene of a pool calibration: trajectory and laser points in the refined target frame, beams after refraction.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
 
+use super::frame::{self, LaserSample, turned};
 use crate::geometry::ellipsoid::TargetPose;
 use crate::georef::refraction::{Launch, Water as Refraction};
 use crate::georef::{Beam, RayError, georeference, local_trajectory};
@@ -10,9 +11,6 @@ use crate::matching::{Movable, Patches, Registration, Sight, Water, register};
 use crate::observe::{Campaign, LaserCoordinates, Mounting, PoseSample, SoundingRange, Trajectory};
 use crate::target::Target;
 
-/// What the surveyor is expected to know beforehand about the target: one sigma of origin (metres) and azimuth (radians).
-const PRIOR_ORIGIN_M: f64 = 0.5;
-const PRIOR_AZIMUTH_RAD: f64 = 0.035;
 /// Points that the rough registrations use at the most.
 const REGISTRATION_POINTS: usize = 2500;
 /// Rows per parallel task.
@@ -37,6 +35,8 @@ pub struct Scene<'a> {
     laser_frame: Option<(Matrix3<f64>, Vector3<f64>)>,
     /// The water that travel times go through.
     water: Option<Refraction>,
+    /// Rows of the laser points by which the target was registered.
+    pub registered: Vec<u32>,
     /// Sampled laser points near the target.
     pub laser_near: usize,
     /// Share of the sampled laser points near the target that lie on its faces.
@@ -67,6 +67,7 @@ impl<'a> Scene<'a> {
             trajectory: local.trajectory,
             laser_frame: laser_frame(campaign.laser.coordinates, prior),
             water,
+            registered: vec![],
             laser_near: 0,
             laser_fit: 0.0,
             notes: local.note.into_iter().collect(),
@@ -85,17 +86,13 @@ impl<'a> Scene<'a> {
             &origins,
         );
         let reach_m = 2.0;
-        let sample = LaserSample(self.laser_sample(&patches, reach_m));
+        self.registered = self.laser_sample(&patches, reach_m);
+        let sample = LaserSample::of(self);
         self.laser_near = sample.len();
         if sample.is_empty() {
             return;
         }
-        let sigma = Vector4::new(
-            PRIOR_ORIGIN_M,
-            PRIOR_ORIGIN_M,
-            PRIOR_ORIGIN_M,
-            PRIOR_AZIMUTH_RAD,
-        );
+        let sigma = frame::prior_sigma();
         let rough = register(
             &sample,
             &patches,
@@ -109,7 +106,7 @@ impl<'a> Scene<'a> {
             rough,
             2,
             &sigma,
-            &[0.2, 0.1, 0.05, 0.025],
+            &[0.2, 0.1, 0.05, frame::LAST_WIDTH_M],
         );
         self.laser_fit = found.score / sample.len() as f64;
         let (shift, turn) = (
@@ -201,20 +198,16 @@ impl<'a> Scene<'a> {
             .collect()
     }
 
-    /// Evenly chosen laser points within `reach_m` of the target's box, with their rays.
-    fn laser_sample(&self, patches: &Patches, reach_m: f64) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+    /// Evenly chosen laser points within `reach_m` of the target's box.
+    fn laser_sample(&self, patches: &Patches, reach_m: f64) -> Vec<u32> {
         let near = |j: usize| {
             self.laser_point(j)
                 .is_some_and(|(p, _)| patches.near_box(&p, reach_m))
         };
-        let chosen = thinned(
+        thinned(
             &chosen_rows(self.campaign.laser.len(), near),
             REGISTRATION_POINTS,
-        );
-        chosen
-            .iter()
-            .filter_map(|&j| self.laser_point(j as usize))
-            .collect()
+        )
     }
 
     /// Soundings that could lie on the target if the mounting were wrong by up to `reach_m`, in order.
@@ -366,12 +359,6 @@ fn thinned(rows: &[u32], count: usize) -> Vec<u32> {
     (0..count).map(|i| rows[i * rows.len() / count]).collect()
 }
 
-/// Target frame turned about up: azimuth grows by `turn`.
-fn turned(turn_rad: f64) -> Matrix3<f64> {
-    let (s, c) = turn_rad.sin_cos();
-    Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0)
-}
-
 fn laser_frame(
     coordinates: LaserCoordinates,
     pose: &TargetPose,
@@ -383,31 +370,6 @@ fn laser_frame(
         LaserCoordinates::Geocentric | LaserCoordinates::Utm { .. } => {
             let back = pose.ecef_from_target().inverse();
             Some((back.rotation.matrix, back.translation.coordinates))
-        }
-    }
-}
-
-/// Laser points that move with the target's pose: origin (metres) and azimuth (radians).
-struct LaserSample(Vec<(Vector3<f64>, Vector3<f64>)>);
-
-impl Movable<4> for LaserSample {
-    fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    fn sight(&self, k: usize, parameters: &SVector<f64, 4>) -> Sight<4> {
-        let (point, ray) = self.0[k];
-        let back = turned(parameters[3]).transpose();
-        let moved = point - parameters.fixed_rows::<3>(0);
-        let (s, c) = parameters[3].sin_cos();
-        let slope = Matrix3::new(-s, -c, 0.0, c, -s, 0.0, 0.0, 0.0, 0.0) * moved;
-        let mut jacobian = SMatrix::<f64, 3, 4>::zeros();
-        jacobian.fixed_columns_mut::<3>(0).copy_from(&-back);
-        jacobian.set_column(3, &slope);
-        Sight {
-            point_m: back * moved,
-            ray: back * ray,
-            jacobian,
         }
     }
 }

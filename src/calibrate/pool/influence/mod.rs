@@ -5,7 +5,9 @@
 //! in two steps: the real code by central differences with respect to the few numbers it takes from the points (tilt and shift of
 //! every plane, means, mean attitudes), times the closed-form derivatives of these by each point: a least-squares plane turns by
 //! `sum(s_i eps) / sum(s_i^2)` about its axes and shifts by `sum(eps) / N`, `s` counted from the centroid along the principal axes.
+//! The frame in which angles and offsets are taken is one of these numbers: the laser points that register the target move it.
 
+mod moved;
 mod reference;
 mod rigorous;
 

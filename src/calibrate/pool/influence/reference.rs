@@ -1,8 +1,9 @@
 //! The reference path's influences: its real code differenced by the numbers that it takes from the points.
 
-use nalgebra::{Matrix6x3, Vector3, Vector6};
+use nalgebra::{Matrix6x3, Matrix6x4, Vector3, Vector4, Vector6};
 
 use super::super::config::{SequentialConfig, Variant};
+use super::super::frame;
 use super::super::planes;
 use super::super::run::{CANDIDATE_M, PoolInput, PoolOutcome, Scanned, scanner_planes};
 use super::super::scene::Scene;
@@ -10,6 +11,7 @@ use super::super::sequential::{
     self, FaceSoundings, HorizontalSoundings, RoleSoundings, ScannerPlanes, SequentialError,
 };
 use super::super::ties::{self, Association, Tie};
+use super::moved::Frame;
 use super::{Pull, Pulls, difference};
 use crate::geometry::{PlaneFit, rotation};
 use crate::georef::georeference;
@@ -37,16 +39,19 @@ pub fn sequential(
     let (scene, scanned) = (&outcome.scene, Scanned::by(&outcome.scene, input));
     let ties = sounding_ties(input, outcome, &scanned);
     let held = hold(scene, &ties);
-    let path = Differences {
+    let mut path = Differences {
         scene,
         held: &held,
         scanner: scanner_planes(outcome)?,
+        wall_m: wall_mean_m(outcome),
+        rest: scene.campaign.sonar,
         config: SequentialConfig {
             variant: Variant::Projected,
             ..input.sequential.clone()
         },
     };
     let start = path.run(&Knobs::at_rest(&path.scanner))?;
+    path.rest = start;
     let mut rest = Knobs::at_rest(&path.scanner);
     let found = path.pooled(&start, &rest);
     let fits = [
@@ -86,6 +91,16 @@ fn sounding_ties(input: &PoolInput, outcome: &PoolOutcome, scanned: &Scanned) ->
     let candidates = scene.soundings_near(&sonar, &rough.mounting, CANDIDATE_M);
     let gate = Association::before(input.joint.gate_sigma);
     ties::tie_soundings(scene, &sonar, &candidates, &rough.mounting, 0.0, 0.0, &gate).ties
+}
+
+/// Mean of the wall's returns, whose X the path compares.
+fn wall_mean_m(outcome: &PoolOutcome) -> Vector3<f64> {
+    let scene = &outcome.scene;
+    let ties = outcome.returns.ties.iter();
+    let of_wall = ties.filter(|t| scene.target.faces[t.face as usize].role == Role::P2);
+    let points = of_wall.filter_map(|t| Some(scene.laser_point(t.row as usize)?.0));
+    let (count, sum) = points.fold((0, Vector3::zeros()), |(n, sum), p| (n + 1, sum + p));
+    sum / f64::from(count.max(1))
 }
 
 /// A tied sounding as the path uses it again in every pass.
@@ -137,6 +152,8 @@ struct Knobs {
     wall_m: f64,
     /// Shift of the mean height of the returns on horizontal faces, metres.
     height_m: f64,
+    /// The frame of everything.
+    frame: Vector4<f64>,
 }
 
 impl Knobs {
@@ -149,22 +166,23 @@ impl Knobs {
             scanner: [[0.0; 3]; 3],
             wall_m: 0.0,
             height_m: 0.0,
+            frame: Vector4::zeros(),
         }
     }
 
-    /// A sounding's point moved along its plane's normal.
-    fn moved(&self, role: usize, point: Vector3<f64>) -> Vector3<f64> {
+    /// What a sounding is moved by along its plane's normal, from where it lies at rest.
+    fn moved(&self, role: usize, rest_m: &Vector3<f64>) -> Vector3<f64> {
         let Some(fit) = self.fits.get(role) else {
-            return point + Vector3::z() * self.level_m;
+            return Vector3::z() * self.level_m;
         };
         let [shift, first, second] = self.soundings[role];
-        let arm = point - fit.centroid_m;
+        let arm = rest_m - fit.centroid_m;
         let along = fit.along.map(|axis| axis.dot(&arm));
-        point + fit.plane.normal * (shift + first * along[0] + second * along[1])
+        fit.plane.normal * (shift + first * along[0] + second * along[1])
     }
 
-    /// The scanner's planes tilted and shifted.
-    fn scanner(&self, at_rest: &ScannerPlanes) -> ScannerPlanes {
+    /// The scanner's planes tilted and shifted, in the frame moved; `wall_m` is the mean of the wall's returns.
+    fn scanner(&self, at_rest: &ScannerPlanes, wall_m: &Vector3<f64>) -> ScannerPlanes {
         let mut moved = at_rest.clone();
         let planes = [&mut moved.p1, &mut moved.p2, &mut moved.p3];
         for (fit, [shift, first, second]) in planes.into_iter().zip(self.scanner) {
@@ -178,7 +196,7 @@ impl Knobs {
             .horizontal
             .iter_mut()
             .for_each(|h| h.mean_height_m += self.height_m);
-        moved
+        Frame::of(&self.frame).planes(&moved, wall_m)
     }
 }
 
@@ -190,6 +208,7 @@ struct Slopes {
     scanner: [[Vector6<f64>; 3]; 3],
     wall: Vector6<f64>,
     height: Vector6<f64>,
+    frame: Matrix6x4<f64>,
 }
 
 /// Steps of the differences, radians and metres: small against curvature, large against the tolerance of the path's end.
@@ -200,12 +219,16 @@ struct Differences<'a> {
     scene: &'a Scene<'a>,
     held: &'a [Held],
     scanner: ScannerPlanes,
+    /// Mean of the wall's returns.
+    wall_m: Vector3<f64>,
+    /// The mounting under which points are at rest.
+    rest: Mounting,
     config: SequentialConfig,
 }
 
 impl Differences<'_> {
     fn run(&self, knobs: &Knobs) -> Result<Mounting, SequentialError> {
-        let scanner = knobs.scanner(&self.scanner);
+        let scanner = knobs.scanner(&self.scanner, &self.wall_m);
         let nominal = self.scene.campaign.sonar;
         let mut observe = |mounting: &Mounting, _: u32| self.pooled(mounting, knobs);
         Ok(sequential::run(&nominal, &scanner, &self.config, &mut observe)?.mounting)
@@ -214,11 +237,16 @@ impl Differences<'_> {
     fn pooled(&self, mounting: &Mounting, knobs: &Knobs) -> RoleSoundings {
         let target = self.scene.target;
         let turns = knobs.turn.map(|turn| rotation::exp(&turn));
+        let frame = Frame::of(&knobs.frame);
         let mut faces = vec![FaceSoundings::default(); target.faces.len()];
         for h in self.held {
             if let Some(role) = role_index(self.scene, h.tie.face as usize) {
-                let point = knobs.moved(role, georeference(&h.pose, mounting, &h.u_m));
-                faces[h.tie.face as usize].add(&point, &(turns[role] * h.pose.rotation));
+                // an error stays with its sounding, wherever the path's mounting puts the point; a turn takes that way along
+                let at = |mounting| georeference(&h.pose, mounting, &h.u_m);
+                let rest = at(&self.rest);
+                let point = rest + turns[role] * (at(mounting) - rest) + knobs.moved(role, &rest);
+                let attitude = frame.back * turns[role] * h.pose.rotation;
+                faces[h.tie.face as usize].add(&frame.point(&point), &attitude);
             }
         }
         let mut roles = RoleSoundings::default();
@@ -260,7 +288,12 @@ impl Differences<'_> {
             scanner: [[Vector6::zeros(); 3]; 3],
             wall: self.slope(rest, centre, |k, step| k.wall_m = step)?,
             height: self.slope(rest, centre, |k, step| k.height_m = step)?,
+            frame: Matrix6x4::zeros(),
         };
+        for i in 0..4 {
+            let slope = self.slope(rest, centre, |k, step| k.frame[i] = step)?;
+            found.frame.set_column(i, &slope);
+        }
         for i in 0..3 {
             for role in 0..3 {
                 found.soundings[role][i] =
@@ -309,17 +342,42 @@ fn on_plane(fit: &PlaneFit, slopes: &[Vector6<f64>; 3], point: &Vector3<f64>) ->
         + slopes[2] * (fit.along[1].dot(&arm) / fit.in_plane_m2[1])
 }
 
-/// Returns act through the planes (of the wide association) and through the means (of the association on those planes).
-fn of_returns(scene: &Scene, scanned: &Scanned, slopes: &Slopes) -> Vec<Pull> {
-    let mut all: Vec<Option<Pull>> = vec![None; scene.campaign.laser.len()];
-    let mut add = |tie: &Tie, six: Vector6<f64>| {
-        let pull = all[tie.row as usize].get_or_insert(Pull {
-            row: tie.row,
-            face: tie.face,
+/// Pulls gathered by row: one for each face that a row is held to, mostly one.
+struct Gathered {
+    rows: Vec<Option<Pull>>,
+    others: Vec<Pull>,
+}
+
+impl Gathered {
+    fn add(&mut self, row: u32, face: u16, six: Vector6<f64>) {
+        let pull = self.rows[row as usize].get_or_insert(Pull {
+            row,
+            face,
             six: Vector6::zeros(),
         });
-        pull.six += six;
+        if pull.face == face {
+            pull.six += six;
+        } else {
+            self.others.push(Pull { row, face, six });
+        }
+    }
+
+    fn in_order(self) -> Vec<Pull> {
+        let mut all: Vec<Pull> = self.rows.into_iter().flatten().collect();
+        all.extend(self.others);
+        all.sort_by_key(|pull| pull.row);
+        all
+    }
+}
+
+/// Returns act through the planes (of the wide association), through the means (of the association on those planes), and, where
+/// they register the target, through the frame.
+fn of_returns(scene: &Scene, scanned: &Scanned, slopes: &Slopes) -> Vec<Pull> {
+    let mut all = Gathered {
+        rows: vec![None; scene.campaign.laser.len()],
+        others: vec![],
     };
+    let mut add = |tie: &Tie, six: Vector6<f64>| all.add(tie.row, tie.face, six);
     for tie in &scanned.wide.ties {
         if let Some(six) = through_plane(scene, scanned, slopes, tie) {
             add(tie, six);
@@ -339,7 +397,13 @@ fn of_returns(scene: &Scene, scanned: &Scanned, slopes: &Slopes) -> Vec<Pull> {
             _ => {}
         }
     }
-    all.into_iter().flatten().collect()
+    for response in frame::of_returns(scene) {
+        let face = &scene.target.faces[response.face as usize];
+        let side = scene.target.groups[face.group].normal.dot(&response.normal);
+        let six = slopes.frame * response.parameters * side.signum();
+        all.add(response.point as u32, response.face, six);
+    }
+    all.in_order()
 }
 
 fn through_plane(
