@@ -1,13 +1,13 @@
 //! The joint path: angles, lever arm, planes and trajectory errors in one Gauss-Helmert adjustment (mathematics section 5).
 
 mod epochs;
-mod frame;
 mod predict;
+mod round;
 mod unknowns;
 
 pub use epochs::Epochs;
-pub(crate) use frame::options;
 pub use predict::{Information, information, predict};
+pub(crate) use round::options;
 
 use nalgebra::Matrix6;
 
@@ -24,7 +24,7 @@ use crate::adjust::{
 use crate::geometry::plane::Plane;
 use crate::matching::Patches;
 use crate::observe::Mounting;
-use frame::{Frame, passing, six_covariance};
+use round::{Frame, passing, six_covariance};
 use unknowns::parameters;
 
 /// Names of the six parameters in the order of every covariance.

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Matrix6};
 use super::super::config::JointConfig;
 use super::super::scene::Scene;
 use super::super::ties::Association;
-use super::frame::{Frame, Ties, options, six_covariance};
+use super::round::{Frame, Ties, options, six_covariance};
 use super::unknowns::parameters;
 use super::{Epochs, JointStart};
 use crate::adjust::{AdjustError, Estimate, Options, ParameterSet, Solution, solve};
