@@ -8,6 +8,7 @@ use thiserror::Error;
 use toml::{Table, Value};
 
 use crate::simulate::Scenario;
+use crate::simulate::scenario::complaint;
 
 /// Names that are handier than the scenario's own key: name, key, factor.
 ///
@@ -225,7 +226,8 @@ pub fn at(scenario: &Scenario, point: &Point) -> Result<Scenario, SweepError> {
             },
         )?;
     }
-    let read = Scenario::deserialize(tree).map_err(|e| value_error(vec![sentence(e.message())]))?;
+    let read = Scenario::deserialize(tree)
+        .map_err(|e| value_error(vec![complaint(e.message().trim())]))?;
     let faults = read.check();
     if faults.is_empty() {
         Ok(read)
@@ -298,21 +300,6 @@ fn set(tree: &mut Value, path: &[&str], value: &Value) -> Result<(), Misfit> {
             "a key of the scenario".to_owned(),
         )),
     }
-}
-
-/// Which known key is nearest to an unknown one.
-fn sentence(message: &str) -> String {
-    let message = message.trim();
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    let (Some(found), true) = (quoted.next(), message.starts_with("unknown")) else {
-        return message.to_owned();
-    };
-    let nearness = |known: &&str| strsim::jaro_winkler(found, known);
-    let nearest = quoted.max_by(|a, b| nearness(a).total_cmp(&nearness(b)));
-    let hint = nearest.map_or_else(String::new, |known| {
-        format!(", the nearest known one is \"{known}\"")
-    });
-    format!("unknown key \"{found}\"{hint}")
 }
 
 #[cfg(test)]

@@ -388,6 +388,21 @@ impl Scenario {
     }
 }
 
+/// What the TOML reader found wrong with a scenario; of an unknown key also which known one is nearest.
+#[must_use]
+pub fn complaint(message: &str) -> String {
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let (Some(found), true) = (quoted.next(), message.starts_with("unknown")) else {
+        return message.to_owned();
+    };
+    let nearness = |known: &&str| strsim::jaro_winkler(found, known);
+    let nearest = quoted.max_by(|a, b| nearness(a).total_cmp(&nearness(b)));
+    let hint = nearest.map_or_else(String::new, |known| {
+        format!(", the nearest known one is \"{known}\"")
+    });
+    format!("unknown key \"{found}\"{hint}")
+}
+
 fn one() -> u64 {
     1
 }

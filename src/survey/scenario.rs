@@ -11,6 +11,7 @@ use super::document::Document;
 use super::{keys, schema};
 use crate::calibrate::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
+use crate::simulate::scenario::complaint;
 
 /// A scenario, and what it says of the survey files and the calibration.
 #[derive(Clone, Debug, PartialEq)]
@@ -257,7 +258,7 @@ fn deserialise(text: &str, root: &mut Spanned<DeTable<'_>>) -> Result<Scenario, 
         faults.push(format!(
             "line {}: {}",
             line_of(text, &error),
-            sentence(error.message())
+            complaint(error.message())
         ));
         if !removed {
             return Err(faults);
@@ -282,20 +283,6 @@ fn remove_below(value: &mut DeValue<'_>, span: &std::ops::Range<usize>) -> bool 
         DeValue::Array(values) => values.iter_mut().any(|v| remove_below(v.get_mut(), span)),
         _ => false,
     }
-}
-
-/// Says which known key is nearest to an unknown one.
-fn sentence(message: &str) -> String {
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    let (Some(found), true) = (quoted.next(), message.starts_with("unknown")) else {
-        return message.to_owned();
-    };
-    let nearness = |known: &&str| strsim::jaro_winkler(found, known);
-    let nearest = quoted.max_by(|a, b| nearness(a).total_cmp(&nearness(b)));
-    let hint = nearest.map_or_else(String::new, |known| {
-        format!(", the nearest known one is \"{known}\"")
-    });
-    format!("unknown key \"{found}\"{hint}")
 }
 
 #[cfg(test)]
