@@ -222,9 +222,9 @@ pub fn run(
             largest_step_in_sigma: step,
             reassigned,
         });
-        let stable = all <= (ties.soundings.ties.len() + ties.returns.ties.len()) / STABLE_SHARE
-            || (step < STABLE_SIGMAS && rounds.len() > 1);
-        let stable = stable && !(rounds.len() == 1 && ties.are_many());
+        let few = (ties.soundings.ties.len() + ties.returns.ties.len()) / STABLE_SHARE;
+        let settled = all <= few || (step < STABLE_SIGMAS && rounds.len() > 1);
+        let stable = settled && thinned.is_none();
         if stable || rounds.len() >= MOST_ROUNDS {
             progress("joint path: data snooping and quality");
             return frame.judged(solution, again, rounds, stable);
