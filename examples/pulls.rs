@@ -6,12 +6,10 @@
 //! The flags switch on the two optional unknowns and add their rows.
 //! A pull RMS of 1 means that the reported uncertainty is true. Nothing is selected: a seed without a usable result is listed.
 
+use boresight::budget::trial::errors;
 use boresight::calibrate::pool::joint::{JointOutcome, SIX};
 use boresight::calibrate::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
-use boresight::geometry::rotation;
-use boresight::observe::Mounting;
 use boresight::simulate::{Scenario, Truth, simulate};
-use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 /// Errors and sigmas of one seed, the six parameters first; `None` where a path had no usable result.
@@ -173,11 +171,4 @@ fn judged(joint: &JointOutcome, truth: &Truth) -> (Vec<f64>, Vec<f64>) {
         }
     }
     (e, s)
-}
-
-fn errors(found: &Mounting, truth: &Truth) -> [f64; 6] {
-    let r = Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
-    let turn = rotation::log(&(found.rotation * r.transpose()));
-    let arm = found.lever_arm_m - Vector3::from(truth.lever_arm_m);
-    [turn.x, turn.y, turn.z, arm.x, arm.y, arm.z]
 }
