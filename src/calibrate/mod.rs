@@ -1,3 +1,5 @@
 //! Calibration procedures: each builds conditions and hands them to the adjustment.
 
+pub mod metric;
 pub mod pool;
+pub mod quality;

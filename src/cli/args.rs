@@ -222,12 +222,26 @@ pub enum Command {
 /// `demo`.
 #[derive(Debug, Args)]
 pub struct Demo {
+    /// Which calibration to show
+    #[arg(value_enum, default_value_t = DemoName::Pool)]
+    pub procedure: DemoName,
     /// Folder to write into
     #[arg(long, value_name = "DIR", default_value = "boresight-demo", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
     /// Seed of the simulation and of RANSAC
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+}
+
+/// Which calibration to show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DemoName {
+    /// A multibeam against a target in a pool
+    Pool,
+    /// An ultra-short baseline transducer against five beacons
+    Usbl,
+    /// Laser profilers on a measuring beam against a standard rail
+    Rail,
 }
 
 /// `calibrate`.

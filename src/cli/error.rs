@@ -62,6 +62,14 @@ pub enum CliError {
         /// What stands there.
         found: String,
     },
+    /// A procedure that is designed but not built.
+    #[error("{}: procedure: found \"{found}\", which is not built yet, expected \"pool\"", file.display())]
+    NotBuilt {
+        /// The file.
+        file: PathBuf,
+        /// The procedure.
+        found: &'static str,
+    },
     /// The thread pool could not be made.
     #[error("--threads: {found}")]
     Threads {

@@ -8,6 +8,7 @@
 
 mod budget;
 mod comparison;
+mod parameters;
 mod plan;
 mod pool;
 mod provenance;
@@ -23,6 +24,7 @@ pub use budget::{
     SweepPoint, SweepValue,
 };
 pub use comparison::{Comparison, Difference, ResidualRms};
+pub use parameters::{Parameter, ParameterComparison, ParameterDifference};
 pub use plan::{
     PLAN_FORMAT_VERSION, PlanCandidate, PlanCriterion, PlanResult, PlanStep, PlanVariation,
     PlanVariations, PlannedPass,

@@ -9,7 +9,7 @@ use super::schema::{self, Key};
 
 /// Every fault of a survey file's text; where `folder` is given, also of the paths in it.
 pub(super) fn survey_problems(document: &Document<'_>, folder: Option<&Path>) -> Vec<Problem> {
-    if let Some(problem) = procedure_not_built(document) {
+    if let Some(problem) = other_procedure(document) {
         return vec![problem];
     }
     let mut problems = schema::check(document, keys::SURVEY);
@@ -21,16 +21,18 @@ pub(super) fn survey_problems(document: &Document<'_>, folder: Option<&Path>) ->
     problems
 }
 
-fn procedure_not_built(document: &Document<'_>) -> Option<Problem> {
+fn other_procedure(document: &Document<'_>) -> Option<Problem> {
     let procedure = document.string(&["procedure"])?;
-    let planned = procedure != "pool" && keys::PROCEDURES.contains(&procedure);
-    planned.then(|| {
-        document.problem(
-            &["procedure"],
-            format!("\"{procedure}\", which is not built yet"),
-            "one that is built: \"pool\"",
-        )
-    })
+    let (found, expected) = match procedure {
+        "seabed" => (
+            "which is not built yet",
+            "one that is built: \"pool\", \"usbl\", \"rail\"",
+        ),
+        "usbl" | "rail" => ("another procedure's survey", "\"pool\""),
+        _ => return None,
+    };
+    let found = format!("\"{procedure}\", {found}");
+    Some(document.problem(&["procedure"], found, expected))
 }
 
 /// What each frame of laser points needs and what it excludes.

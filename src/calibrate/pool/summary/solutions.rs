@@ -1,11 +1,12 @@
 //! The outcome of one path as it stands in a result.
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::{DMatrix, Matrix6, Vector3};
 
 use super::super::joint::JointOutcome;
 use super::super::run::{PoolInput, PoolOutcome};
 use super::super::verdict::Refusal;
 use crate::adjust::{self, BlockId, Limits};
+use crate::calibrate::metric;
 use crate::observe::Mounting;
 use crate::results::{
     Angles, Estimate, ExtraParameter, JointIteration, JointSolution, MountingAngles,
@@ -78,7 +79,7 @@ pub fn joint(
         message,
         estimate: estimate(joint, &outcome.scene.campaign.sonar),
         standard_deviation: Some(sigmas(&joint.covariance)),
-        correlation: Some(rows(&correlation(&joint.covariance))),
+        correlation: Some(correlation(&joint.covariance)),
         extra: extra(joint),
         iterations,
         quality,
@@ -167,20 +168,13 @@ fn sigmas(covariance: &Matrix6<f64>) -> SixSigmas {
     }
 }
 
-/// Correlations; a held parameter (variance 0) has none.
-fn correlation(covariance: &Matrix6<f64>) -> Matrix6<f64> {
-    Matrix6::from_fn(|i, j| {
-        let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-        match (i == j, scale > 0.0) {
-            (true, _) => 1.0,
-            (false, true) => covariance[(i, j)] / scale,
-            (false, false) => 0.0,
-        }
-    })
-}
-
 fn rows(m: &Matrix6<f64>) -> crate::results::Matrix6 {
     [0, 1, 2, 3, 4, 5].map(|i| [0, 1, 2, 3, 4, 5].map(|j| m[(i, j)]))
+}
+
+fn correlation(covariance: &Matrix6<f64>) -> crate::results::Matrix6 {
+    let r = metric::correlation(&DMatrix::from_column_slice(6, 6, covariance.as_slice()));
+    [0, 1, 2, 3, 4, 5].map(|i| [0, 1, 2, 3, 4, 5].map(|j| r[(i, j)]))
 }
 
 /// Latency and range scale, each with its verdict.
@@ -207,19 +201,5 @@ fn scalar(joint: &JointOutcome, id: BlockId, name: &str, unit: &str, limit: f64)
         standard_deviation: observable.then_some(sigma),
         unit: unit.to_owned(),
         observable,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_held_parameter_correlates_with_nothing() {
-        let mut c = Matrix6::identity() * 4.0;
-        (c[(0, 1)], c[(1, 0)]) = (2.0, 2.0);
-        c[(5, 5)] = 0.0;
-        let r = correlation(&c);
-        assert_eq!((r[(0, 1)], r[(5, 5)], r[(5, 0)]), (0.5, 1.0, 0.0));
     }
 }
