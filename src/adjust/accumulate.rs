@@ -145,9 +145,16 @@ impl Run {
         (self.last, self.running) = (last, true);
         self.interval = row.chain.map(|chain| chain.interval);
         self.quads = (self.columns.len() + 1).div_ceil(4);
-        self.normal[..4 * self.quads].fill([0.0; WIDE]);
+        with_quads!(self.quads, Q => self.clear::<Q>());
+    }
+
+    /// Clears what rows of this width use; the rest is never read.
+    #[inline(always)]
+    fn clear<const Q: usize>(&mut self) {
+        let clear = |sums: &mut [f64; WIDE]| sums.as_chunks_mut::<4>().0[..Q].fill([0.0; 4]);
+        self.normal[..4 * Q].iter_mut().for_each(clear);
         if self.interval.is_some() {
-            self.border = [[[0.0; WIDE]; VISIBLE]; 2];
+            self.border.as_flattened_mut().iter_mut().for_each(clear);
             self.pairs = [[0.0; PAIRS]; 3];
         }
     }

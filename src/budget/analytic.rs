@@ -11,10 +11,11 @@ use thiserror::Error;
 use super::propagate::Budget;
 use crate::adjust::AdjustError;
 use crate::calibrate::pool::config::{JointConfig, Planes, SequentialConfig};
-use crate::calibrate::pool::influence;
+use crate::calibrate::pool::influence::{self, difference};
 use crate::calibrate::pool::joint;
 use crate::calibrate::pool::sequential::SequentialError;
 use crate::calibrate::pool::{Method, PoolError, PoolInput, PoolOutcome, calibrate};
+use crate::observe::Mounting;
 use crate::simulate::{Scenario, SimulateError, Source, Sources, simulate};
 
 /// What one source does to pitch, roll, yaw (rad), lx, ly, lz (m).
@@ -90,9 +91,9 @@ pub enum AnalyticError {
     /// The engine refuses.
     #[error("adjustment: {0}")]
     Adjust(#[from] AdjustError),
-    /// Even without errors there is no result.
+    /// There is no result to propagate to.
     #[error(
-        "error budget: {scenario}: without any error the calibration ends without a result: {reason}"
+        "error budget: {scenario}: the calibration to be propagated ends without a result: {reason}"
     )]
     Refused {
         /// Name of the scenario.
@@ -145,8 +146,32 @@ pub fn analytic_with(
         joint,
         seed: perfect.seed,
     };
-    let outcome = calibrate(&input, &|_| {})?;
-    let Some(found) = &outcome.joint else {
+    propagated(scenario, &input, Some(survey.reality.sonar))
+}
+
+/// The budget of a survey as it was observed: what the sources claimed in its file do to its own calibration. Both paths are
+/// linearised at what they found in the observations; their difference from the truth, which nobody knows, is not in it.
+///
+/// `claimed` is the survey in a scenario's words: its sigmas are used, its passes are not.
+///
+/// # Errors
+/// [`AnalyticError`].
+pub fn of_survey(claimed: &Scenario, input: &PoolInput) -> Result<Analytic, AnalyticError> {
+    if input.joint.planes == Planes::Fixed {
+        return Err(AnalyticError::FixedPlanes);
+    }
+    propagated(claimed, input, None)
+}
+
+/// Calibrates, and propagates every source of the scenario; without a `truth` each path's own result stands for it.
+fn propagated(
+    scenario: &Scenario,
+    input: &PoolInput,
+    truth: Option<Mounting>,
+) -> Result<Analytic, AnalyticError> {
+    let joint = input.joint;
+    let outcome = calibrate(input, &|_| {})?;
+    let Some(found) = outcome.joint.as_ref().filter(|_| outcome.refusal.is_none()) else {
         let refusal = outcome.refusal.as_ref().map(ToString::to_string);
         return Err(AnalyticError::Refused {
             scenario: scenario.name.clone(),
@@ -156,16 +181,18 @@ pub fn analytic_with(
     let budget = Budget {
         scenario,
         scene: &outcome.scene,
-        truth: survey.reality.sonar,
+        truth: truth.unwrap_or(found.mounting),
         normals: normals(&outcome),
     };
+    let method_bias = |path: &Mounting| truth.map_or_else(Vector6::zeros, |t| difference(path, &t));
     let claimed = influence::joint(&outcome.scene, found, joint, [1.0; 2])?;
     let tail = budget.tail(&claimed.pulls, joint::options(joint).kernel);
     let shrunk = influence::joint(&outcome.scene, found, joint, tail.map(|t| t.part))?;
-    let sequential = influence::sequential(&input, &outcome)
-        .map(|s| budget.path(&s.pulls, [1.0; 2], &s.mounting));
-    let joint_budget = budget.path(&shrunk.pulls, tail.map(|t| t.inflation), &found.mounting);
-    let truth = budget.true_noise(&survey.campaign);
+    let sequential = influence::sequential(input, &outcome)
+        .map(|s| budget.path(&s.pulls, [1.0; 2], method_bias(&s.mounting)));
+    let own_bias = method_bias(&found.mounting);
+    let joint_budget = budget.path(&shrunk.pulls, tail.map(|t| t.inflation), own_bias);
+    let truth = budget.true_noise(input.campaign);
     let (soundings, returns) = (claimed.pulls.soundings.len(), claimed.pulls.returns.len());
     let parameters = budget.true_priors(found);
     let mut scene = outcome.scene;

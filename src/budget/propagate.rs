@@ -7,7 +7,7 @@ use super::influence::{Seen, View, independent};
 use super::records::Records;
 use crate::adjust::{Kernel, ParameterSet};
 use crate::calibrate::pool::Scene;
-use crate::calibrate::pool::influence::{Pulls, difference};
+use crate::calibrate::pool::influence::Pulls;
 use crate::calibrate::pool::joint::JointOutcome;
 use crate::observe::{Campaign, Mounting};
 use crate::simulate::scenario::Turn;
@@ -128,12 +128,16 @@ impl Budget<'_> {
     }
 
     /// Budget of a path; `inflation` of the independent noise of soundings and returns.
-    pub(super) fn path(&self, pulls: &Pulls, inflation: [f64; 2], found: &Mounting) -> PathBudget {
+    pub(super) fn path(
+        &self,
+        pulls: &Pulls,
+        inflation: [f64; 2],
+        method_bias: Vector6<f64>,
+    ) -> PathBudget {
         let view = self.view(pulls);
         let records = view.by_record();
         let predict = |source: Source| (source, self.predict(source, &view, &records, inflation));
         let sources: Vec<_> = Source::ALL.into_iter().map(predict).collect();
-        let method_bias = difference(found, &self.truth);
         let mut total = (method_bias, Matrix6::zeros());
         for (_, prediction) in &sources {
             if let Prediction::Linear { bias, covariance } = prediction {

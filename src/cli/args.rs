@@ -51,6 +51,9 @@ EXAMPLES
   The same, and what each source does alone (200 surveys each):
     boresight budget models/scenarios/single-pass-thin.toml --trials 1000 --single 200
 
+  What the errors claimed in a survey file do to that survey's own calibration:
+    boresight budget survey.toml
+
   Which tilt of the multibeam is best? 30 to 60 degrees in steps of 5, 200 surveys at each:
     boresight budget scenario.toml --trials 200 --vary multibeam.tilt_deg=30:60:5
 
@@ -353,8 +356,8 @@ pub struct Check {
 /// `budget`.
 #[derive(Debug, Args)]
 pub struct Budget {
-    /// Scenario file
-    #[arg(value_name = "SCENARIO.toml", value_hint = ValueHint::FilePath)]
+    /// Scenario file, or a survey file: then what its claimed errors do to its own calibration, without trials
+    #[arg(value_name = "SCENARIO-or-SURVEY.toml", value_hint = ValueHint::FilePath)]
     pub scenario: PathBuf,
     /// Simulated surveys with all error sources together
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]

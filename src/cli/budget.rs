@@ -5,17 +5,21 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 use super::Ending;
 use super::args::Budget;
-use super::calibrate::folder_of;
+use super::calibrate::{folder_of, input};
 use super::error::CliError;
 use super::talk::Talk;
-use crate::budget::analytic::{Analytic, AnalyticError, analytic_with};
+use crate::budget::analytic::{
+    Analytic, AnalyticError, analytic_with, of_survey as of_survey_with,
+};
 use crate::budget::experiment::{Ended, Experiment};
 use crate::budget::trial::Configuration;
 use crate::budget::{predicted, soundings, summary, sweep};
+use crate::calibrate::pool::Method;
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetPath, BudgetResult};
 use crate::simulate::{Scenario, SimulateError};
-use crate::survey::scenario;
+use crate::survey::claims::claims;
+use crate::survey::{self, scenario};
 use crate::target::Target;
 
 /// Subfolder of the ledgers.
@@ -27,6 +31,9 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Runs the command.
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
+    if std::fs::read_to_string(&args.scenario).is_ok_and(|text| survey::is_survey(&text)) {
+        return of_survey(args, talk);
+    }
     let file = scenario::read(&args.scenario)?;
     let calibration = file.calibration(&args.scenario)?;
     let configuration = Configuration {
@@ -62,6 +69,44 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     result.command = command(args);
     written(&result, &folder, talk)
 }
+
+/// The budget of a survey as it was observed: by propagation only, as nobody knows its truth.
+fn of_survey(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
+    if args.trials.is_some() {
+        let file = args.scenario.clone();
+        return Err(CliError::NoTrials { file });
+    }
+    let survey = survey::load(&args.scenario)?;
+    let Some(claims) = claims(&survey) else {
+        let file = args.scenario.clone();
+        return Err(CliError::NoScanner { file });
+    };
+    let configuration = Configuration {
+        sequential: survey.file.sequential.clone(),
+        joint: survey.file.joint.clone(),
+    };
+    let mut result = summary::frame(&claims, &configuration);
+    result.notes = survey.notes.clone();
+    result.notes.push(SURVEY_NOTE.to_owned());
+    talk.step("calibrating, and propagating every source through both paths");
+    let found = match of_survey_with(&claims, &input(&survey, Method::Both, args.seed)) {
+        Ok(analytic) => {
+            predicted::add(&mut result, &claims, &analytic);
+            soundings::or_propagated(vec![], &analytic)
+        }
+        Err(error) => {
+            result.notes.push(format!("no analytic budget: {error}"));
+            vec![]
+        }
+    };
+    result.swath = Some(soundings::section(&claims, &found, &args.depth));
+    result.command = command(args);
+    written(&result, &folder(args, &claims.name), talk)
+}
+
+/// What a reader of a survey's budget should know.
+const SURVEY_NOTE: &str = "a survey's own budget: its observations, and the sigmas that its file claims; errors of which it says \
+    nothing (latency, sound speed, gross errors) are not in it, and no truth is known, so there is no bias";
 
 /// Adds the analytic budget, or why there is none.
 fn propagated(

@@ -97,6 +97,18 @@ pub enum CliError {
         /// How many.
         found: usize,
     },
+    /// Trials of a survey.
+    #[error("{}: whole file: found a survey with --trials, expected a scenario: trials need a truth (without --trials the survey's own errors are propagated)", file.display())]
+    NoTrials {
+        /// The survey file.
+        file: PathBuf,
+    },
+    /// A survey that does not say how its scanner measures.
+    #[error("{}: [lidar] coordinates: found georeferenced points, expected \"sensor\": only then the scanner's errors can be propagated", file.display())]
+    NoScanner {
+        /// The survey file.
+        file: PathBuf,
+    },
     /// Ctrl-C cannot be caught.
     #[error("Ctrl-C cannot be caught: {found}")]
     Signal {

@@ -72,8 +72,20 @@ struct Patch {
     distance_m: f64,
     outline: Outline,
     tie: bool,
+    /// Middle of the outline and the largest distance of a corner from it, metres.
+    centre_m: Vector3<f64>,
+    radius_m: f64,
     /// Patches that come close, this one first.
     neighbours: Vec<u16>,
+}
+
+impl Patch {
+    /// Squared distance from the middle in the outline's plane, square metres.
+    #[inline]
+    fn beside_m2(&self, point: &Vector3<f64>) -> f64 {
+        let from_middle = point - self.centre_m;
+        from_middle.norm_squared() - from_middle.dot(&self.outline.normal).powi(2)
+    }
 }
 
 /// The faces that one sensor can see.
@@ -110,12 +122,15 @@ impl Patches {
                 continue;
             }
             owner.resize(samples.len(), patches.len() as u16);
+            let (centre_m, radius_m) = ball(&f.outline.vertices_m);
             patches.push(Patch {
                 face,
                 normal: f.outline.normal,
                 distance_m: f.outline.normal.dot(&f.outline.vertices_m[0]),
                 outline: f.outline.clone(),
                 tie: f.role != Role::Obstacle,
+                centre_m,
+                radius_m,
                 neighbours: vec![],
             });
         }
@@ -270,6 +285,9 @@ impl Patches {
         let (mut chosen, mut rivals, mut edge) = (None, 0, false);
         for &n in &self.patches[owner as usize].neighbours {
             let patch = &self.patches[n as usize];
+            if patch.beside_m2(point) > (patch.radius_m + edge_m).powi(2) {
+                continue;
+            }
             let misfit_m = (patch.normal.dot(point) - patch.distance_m).abs();
             if misfit_m > widest_m
                 || patch.normal.dot(ray) >= 0.0
@@ -294,6 +312,13 @@ impl Patches {
             None => Verdict::NoFace,
         }
     }
+}
+
+/// A ball around some corners: their mean and the largest distance from it, metres.
+fn ball(corners_m: &[Vector3<f64>]) -> (Vector3<f64>, f64) {
+    let centre = corners_m.iter().sum::<Vector3<f64>>() / corners_m.len().max(1) as f64;
+    let away = |corner: &Vector3<f64>| (corner - centre).norm();
+    (centre, corners_m.iter().map(away).fold(0.0, f64::max))
 }
 
 fn on_side(water: Water, level_m: f64, z: f64) -> bool {

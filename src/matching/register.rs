@@ -47,6 +47,10 @@ const ROUNDS: usize = 5;
 const SETTLED: f64 = 2e-3;
 /// Points that a score looks at, at the most.
 const SCORED: usize = 1000;
+/// Kernels of this width and wider, metres, only bring the parameters near.
+const COARSE_M: f64 = 0.15;
+/// Points that a step under such a kernel looks at, at the most.
+const COARSE: usize = 700;
 
 /// Registers `points` from `start`, narrowing the kernel through `widths_m` (metres, descending). `prior_sigma` keeps
 /// directions that the points do not determine near the start.
@@ -91,7 +95,7 @@ fn reweighted_step<const D: usize>(
     let mut normal_matrix = prior_weights(prior_sigma);
     let mut right_side = normal_matrix * (start - parameters);
     let mut attracted = false;
-    for k in 0..points.len() {
+    for k in (0..points.len()).step_by(stride(points.len(), width_m)) {
         let Some((row, weight, at)) = drawn(points, patches, parameters, k, width_m) else {
             continue;
         };
@@ -101,6 +105,15 @@ fn reweighted_step<const D: usize>(
     }
     let solution = normal_matrix.try_inverse()? * right_side;
     (attracted && solution.iter().all(|v| v.is_finite())).then_some(solution)
+}
+
+/// Of how many points one is looked at under a kernel.
+fn stride(points: usize, width_m: f64) -> usize {
+    if width_m < COARSE_M {
+        1
+    } else {
+        points.div_ceil(COARSE).max(1)
+    }
 }
 
 fn prior_weights<const D: usize>(prior_sigma: &SVector<f64, D>) -> SMatrix<f64, D, D> {

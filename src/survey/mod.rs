@@ -5,6 +5,7 @@
 //!
 //! [`schema`] and [`document`] know no key: a scenario file is checked by them with tables of its own.
 
+pub mod claims;
 pub mod clock;
 pub mod document;
 pub mod file;
@@ -21,6 +22,6 @@ pub mod write;
 pub use file::SurveyFile;
 pub use load::{Counts, LoadedSurvey, load, parse_survey, parse_target, read_survey_file};
 pub use problem::{Problem, SurveyError};
-pub use procedure::{Procedure, procedure_in, procedure_of};
+pub use procedure::{Procedure, is_survey, procedure_in, procedure_of};
 pub use scenario::{ScenarioError, ScenarioFile};
 pub use write::write_survey;

@@ -8,6 +8,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use super::document::Document;
+use super::procedure::OF_SCENARIO;
 use super::{keys, schema};
 use crate::calibrate::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
@@ -175,7 +176,7 @@ fn table_of<'t>(file: &Path, text: &'t str) -> Result<Spanned<DeTable<'t>>, Scen
 /// What a file is that is no scenario but has the keys of another kind.
 fn other_kind(root: &Spanned<DeTable<'_>>) -> Option<String> {
     let has = |key: &&str| root.get_ref().contains_key(*key);
-    if ["seed", "pass", "motion", "truth"].iter().any(has) {
+    if OF_SCENARIO.iter().any(has) {
         return None;
     }
     let procedure = || {

@@ -5,6 +5,7 @@ use super::joint::{self, Information, JointStart};
 use super::planes::{self, GroupPlanes};
 use super::run::{CANDIDATE_M, Method, PoolError, PoolInput, Scanned};
 use super::scene::Scene;
+use super::ties::tie_soundings_first;
 use crate::adjust::AdjustError;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::Plane;
@@ -52,13 +53,21 @@ impl DesignedPass<'_> {
         let level_m = self.campaign.water_level_m;
         let patches = Patches::new(self.target, Water::Below, level_m, &origins);
         let candidates = scene.soundings_near(&patches, &self.mounting, CANDIDATE_M);
+        let soundings = tie_soundings_first(
+            &scene,
+            &patches,
+            &candidates,
+            &self.mounting,
+            config.gate_sigma,
+        );
         let start = JointStart {
             mounting: self.mounting,
             planes: &design,
             returns: &scanned.returns,
             candidates: &candidates,
+            soundings: &soundings,
         };
-        Ok(joint::information(&scene, &start, &patches, config))
+        Ok(joint::information(&scene, &start, config))
     }
 
     /// The planes that the scanner saw, put where the design has them.

@@ -165,6 +165,8 @@ pub struct JointStart<'a> {
     pub returns: &'a TieSet,
     /// Soundings that may lie on the target.
     pub candidates: &'a [u32],
+    /// Ties of the soundings under the rough mounting, before anything is known of the trajectory's errors.
+    pub soundings: &'a TieSet,
 }
 
 /// Runs the joint path: associate, adjust, until the assignment is stable; then data snooping.
@@ -189,7 +191,7 @@ pub fn run(
         blocks: &blocks,
     };
     let mut estimate = Estimate::new(parameters);
-    let mut ties = frame.associate(surfaces, &estimate);
+    let mut ties = frame.first_ties();
     let mut rounds: Vec<Round> = vec![];
     loop {
         progress(&format!(

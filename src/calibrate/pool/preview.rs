@@ -8,7 +8,7 @@ use super::joint::{self, JointStart, SIX};
 use super::planes::{self, PASS_GAP_S};
 use super::run::{CANDIDATE_M, PoolError, PoolInput, Scanned};
 use super::scene::Scene;
-use super::ties::{self, Association, TieSet};
+use super::ties::{self, TieSet};
 use super::verdict::{Refusal, undetermined_by};
 use crate::matching::{Patches, Water};
 use crate::observe::Campaign;
@@ -130,24 +130,22 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
         );
         planes::apply(&mut patches, &scene, &fitted);
         let near = scene.soundings_near(&patches, &rough.mounting, CANDIDATE_M);
-        let association = Association::before(input.joint.gate_sigma);
-        soundings = ties::tie_soundings(
+        soundings = ties::tie_soundings_first(
             &scene,
             &patches,
             &near,
             &rough.mounting,
-            0.0,
-            0.0,
-            &association,
+            input.joint.gate_sigma,
         );
         let start = JointStart {
             mounting: rough.mounting,
             planes: &found,
             returns: &returns,
             candidates: &near,
+            soundings: &soundings,
         };
         if refusal.is_none() {
-            match joint::predict(&scene, &start, &patches, input.joint) {
+            match joint::predict(&scene, &start, input.joint) {
                 Ok((covariance, _)) => {
                     let coverage = Coverage::of(&scene, &soundings.ties, &rough.mounting);
                     predicted = Some(Predicted::of(&covariance, &coverage, input));

@@ -193,18 +193,15 @@ pub fn calibrate_with<'a>(
     let candidates = outcome
         .scene
         .soundings_near(&surfaces.sonar, &rough.mounting, CANDIDATE_M);
+    let ties = ties::tie_soundings_first(
+        &outcome.scene,
+        &surfaces.sonar,
+        &candidates,
+        &rough.mounting,
+        input.joint.gate_sigma,
+    );
     if input.method != Method::Joint {
         progress("reference path: angles, then offsets");
-        let gate = Association::before(input.joint.gate_sigma);
-        let ties = ties::tie_soundings(
-            &outcome.scene,
-            &surfaces.sonar,
-            &candidates,
-            &rough.mounting,
-            0.0,
-            0.0,
-            &gate,
-        );
         let held = held(&outcome, &ties);
         outcome.sequential = Some(run_sequential(&outcome, &held, input.sequential));
         let again = further.iter().map(|c| run_sequential(&outcome, &held, c));
@@ -216,6 +213,7 @@ pub fn calibrate_with<'a>(
             planes: &outcome.planes,
             returns: &outcome.returns,
             candidates: &candidates,
+            soundings: &ties,
         };
         let found = run_joint(input, &outcome.scene, &start, &mut surfaces, progress);
         (outcome.joint, outcome.simple, outcome.refusal) = found;

@@ -13,6 +13,10 @@ use crate::target::Target;
 
 /// Points that the rough registrations use at the most.
 const REGISTRATION_POINTS: usize = 2500;
+/// Rows that are looked at to find them, when that is enough.
+const LOOKED_AT: usize = 20_000;
+/// What a nominal mounting displaces soundings by at the most, metres.
+const FAR_OFF_M: f64 = 1.5;
 /// Rows per parallel task.
 const CHUNK: usize = 16_384;
 
@@ -204,23 +208,28 @@ impl<'a> Scene<'a> {
             self.laser_point(j)
                 .is_some_and(|(p, _)| patches.near_box(&p, reach_m))
         };
-        thinned(
-            &chosen_rows(self.campaign.laser.len(), near),
-            REGISTRATION_POINTS,
-        )
+        sampled(self.campaign.laser.len(), near).0
     }
 
     /// Soundings that could lie on the target if the mounting were wrong by up to `reach_m`, in order.
     #[must_use]
     pub fn soundings_near(&self, patches: &Patches, mounting: &Mounting, reach_m: f64) -> Vec<u32> {
-        let near = |k: usize| {
-            let point = self.sounding_pose(k, 0.0).and_then(|pose| {
-                let beam = self.beam(k, &pose, mounting)?;
-                Some(georeference(&pose, mounting, &beam.vector_m()))
-            });
-            point.is_some_and(|p| patches.near_box(&p, reach_m))
-        };
+        let near = |k: usize| self.is_near(k, patches, mounting, reach_m);
         chosen_rows(self.campaign.soundings.len(), near)
+    }
+
+    fn is_near(&self, k: usize, patches: &Patches, mounting: &Mounting, reach_m: f64) -> bool {
+        let point = self.sounding_pose(k, 0.0).and_then(|pose| {
+            let beam = self.beam(k, &pose, mounting)?;
+            Some(georeference(&pose, mounting, &beam.vector_m()))
+        });
+        point.is_some_and(|p| patches.near_box(&p, reach_m))
+    }
+
+    /// Evenly chosen soundings near the target under a mounting that may be far off, and how many there are.
+    fn sonar_sample(&self, patches: &Patches, mounting: &Mounting) -> (Vec<u32>, usize) {
+        let near = |k: usize| self.is_near(k, patches, mounting, FAR_OFF_M);
+        sampled(self.campaign.soundings.len(), near)
     }
 
     /// Rough mounting of the sounder from a sample of its soundings, and the share of the sample that fits.
@@ -233,8 +242,7 @@ impl<'a> Scene<'a> {
             self.campaign.water_level_m,
             &self.origins(nominal),
         );
-        let rows = self.soundings_near(&patches, nominal, 1.5);
-        let chosen = thinned(&rows, REGISTRATION_POINTS);
+        let (chosen, near) = self.sonar_sample(&patches, nominal);
         let sample = SonarSample::new(self, &chosen, nominal);
         let sigma = rough_sigma();
         let rough = register(
@@ -253,7 +261,7 @@ impl<'a> Scene<'a> {
             .flatten();
         RoughMounting {
             mounting: nominal.corrected(&delta, &arm),
-            near: rows.len(),
+            near,
             fit,
             mirrored,
         }
@@ -267,8 +275,8 @@ impl<'a> Scene<'a> {
             rotation: nominal.rotation * flip,
             ..*nominal
         };
-        let rows = self.soundings_near(patches, &mirrored, 1.5);
-        let sample = SonarSample::new(self, &thinned(&rows, REGISTRATION_POINTS), &mirrored);
+        let (chosen, _) = self.sonar_sample(patches, &mirrored);
+        let sample = SonarSample::new(self, &chosen, &mirrored);
         if sample.is_empty() {
             return None;
         }
@@ -296,7 +304,7 @@ const DOUBTFUL_FIT: f64 = 0.15;
 pub struct RoughMounting {
     /// The mounting.
     pub mounting: Mounting,
-    /// Soundings near the target under the nominal mounting.
+    /// Soundings near the target under the nominal mounting; in a large survey judged by an even sample of them.
     pub near: usize,
     /// Share of the sample that lies on the target's faces.
     pub fit: f64,
@@ -349,6 +357,21 @@ fn chosen_rows(count: usize, keep: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
         })
         .collect();
     chunks.concat()
+}
+
+/// Evenly chosen rows for a registration among those for which `keep` holds, and how many hold. Of many rows only every so many
+/// are looked at, if that yields enough; their number is then a multiple.
+fn sampled(count: usize, keep: impl Fn(usize) -> bool + Sync) -> (Vec<u32>, usize) {
+    let stride = count / LOOKED_AT;
+    if stride > 1 {
+        let some = chosen_rows(count / stride, |k| keep(k * stride));
+        if some.len() >= REGISTRATION_POINTS {
+            let rows: Vec<u32> = some.iter().map(|k| k * stride as u32).collect();
+            return (thinned(&rows, REGISTRATION_POINTS), rows.len() * stride);
+        }
+    }
+    let all = chosen_rows(count, keep);
+    (thinned(&all, REGISTRATION_POINTS), all.len())
 }
 
 /// At most `count` of the rows, evenly spread by a stride that is coprime to beams per ping in practice.

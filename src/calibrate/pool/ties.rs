@@ -359,6 +359,19 @@ pub fn tie_soundings(
     set
 }
 
+/// Ties the soundings in `rows` under a rough mounting, before anything is known of latency, range scale and trajectory errors.
+#[must_use]
+pub fn tie_soundings_first(
+    scene: &Scene,
+    patches: &Patches,
+    rows: &[u32],
+    mounting: &Mounting,
+    gate_sigmas: f64,
+) -> TieSet {
+    let association = Association::before(gate_sigmas);
+    tie_soundings(scene, patches, rows, mounting, 0.0, 0.0, &association)
+}
+
 const NO_FACE: &str = "no face within the gate";
 
 /// Runs `judge` over `count` rows in parallel and sorts the verdicts, in order; `from(i)` gives the rows from the `i`-th on. The

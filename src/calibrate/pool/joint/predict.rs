@@ -4,12 +4,10 @@ use nalgebra::{DMatrix, Matrix6};
 
 use super::super::config::JointConfig;
 use super::super::scene::Scene;
-use super::super::ties::Association;
-use super::round::{Frame, Ties, options, six_covariance};
+use super::round::{Frame, options, six_covariance};
 use super::unknowns::parameters;
 use super::{Epochs, JointStart};
 use crate::adjust::{AdjustError, Estimate, Options, ParameterSet, Solution, solve};
-use crate::matching::Patches;
 
 /// Covariance of the six parameters (order of [`super::SIX`]; rad, m) that these ties promise at the start, and the number of tied
 /// soundings.
@@ -19,16 +17,11 @@ use crate::matching::Patches;
 pub fn predict(
     scene: &Scene,
     start: &JointStart,
-    patches: &Patches,
     config: &JointConfig,
 ) -> Result<(Matrix6<f64>, usize), AdjustError> {
-    linearised(
-        scene,
-        start,
-        patches,
-        config,
-        |frame, solution, soundings| Ok((six_covariance(&solution, frame.blocks), soundings)),
-    )
+    linearised(scene, start, config, |frame, solution, soundings| {
+        Ok((six_covariance(&solution, frame.blocks), soundings))
+    })
 }
 
 /// Information of one pass on every parameter that passes share.
@@ -53,10 +46,9 @@ pub struct Information {
 pub fn information(
     scene: &Scene,
     start: &JointStart,
-    patches: &Patches,
     config: &JointConfig,
 ) -> Result<Information, AdjustError> {
-    linearised(scene, start, patches, config, |_, solution, soundings| {
+    linearised(scene, start, config, |_, solution, soundings| {
         let x = &solution.estimate.parameters;
         let prior = x.prior_information()?;
         Ok(Information {
@@ -73,7 +65,6 @@ pub fn information(
 fn linearised<T>(
     scene: &Scene,
     start: &JointStart,
-    patches: &Patches,
     config: &JointConfig,
     then: impl FnOnce(&Frame, Solution, usize) -> Result<T, AdjustError>,
 ) -> Result<T, AdjustError> {
@@ -87,12 +78,7 @@ fn linearised<T>(
         blocks: &blocks,
     };
     let estimate = Estimate::new(parameters);
-    let wide = Association::before(config.gate_sigma);
-    let soundings = frame.associate_soundings(patches, &estimate, &wide);
-    let ties = Ties {
-        soundings,
-        returns: frame.known(start.returns.clone()),
-    };
+    let ties = frame.first_ties();
     let once = Options {
         max_iterations: 1,
         ..options(config)

@@ -20,7 +20,7 @@ use crate::adjust::{
 use crate::matching::Patches;
 
 /// The first round only brings the estimate near: of more ties than this it takes evenly chosen ones.
-const FIRST_ROUND_TIES: usize = 25_000;
+const FIRST_ROUND_TIES: usize = 8_000;
 /// The last adjustment has converged when nothing moves by more than this in its own sigma.
 const LAST_STEP_SIGMAS: f64 = 0.01;
 
@@ -190,8 +190,15 @@ impl Frame<'_> {
 }
 
 impl Frame<'_> {
-    /// Ties both sensors under the current estimate. Before the first adjustment the returns keep their ties and the gate allows
-    /// for the trajectory's errors; afterwards poses are corrected by the estimated errors and the gate is as narrow as the
+    /// The ties before the first adjustment: the gate allowed for all of the trajectory's errors.
+    pub(super) fn first_ties(&self) -> Ties {
+        Ties {
+            soundings: self.known(self.start.soundings.clone()),
+            returns: self.known(self.start.returns.clone()),
+        }
+    }
+
+    /// Ties both sensors under an adjusted estimate: poses are corrected by the estimated errors and the gate is as narrow as the
     /// instruments' own noise.
     pub(super) fn associate(&self, surfaces: &Surfaces, estimate: &Estimate) -> Ties {
         let corrected = estimate.chain.as_ref().map(|chain| Corrected {
