@@ -18,12 +18,7 @@ pub fn exp(v: &Vector3<f64>) -> Matrix3<f64> {
     let squared = v.norm_squared();
     // below a tenth of a radian the series is exact to rounding and faster than sine and cosine
     let (a, b) = if squared < 1e-2 {
-        let q = squared;
-        (
-            1.0 - q / 6.0
-                * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0)))),
-            0.5 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0 * (1.0 - q / 90.0)))),
-        )
+        (series(squared, &SINE), series(squared, &COSINE))
     } else {
         let angle = squared.sqrt();
         (angle.sin() / angle, (1.0 - angle.cos()) / squared)
@@ -42,6 +37,32 @@ pub fn exp(v: &Vector3<f64>) -> Matrix3<f64> {
         by * z + ax,
         1.0 - (bx * x + by * y),
     )
+}
+
+/// Coefficients of `sin(x) / x` in powers of `x^2`.
+const SINE: [f64; 6] = [
+    1.0,
+    -1.0 / 6.0,
+    1.0 / 120.0,
+    -1.0 / 5040.0,
+    1.0 / 362880.0,
+    -1.0 / 39916800.0,
+];
+/// Coefficients of `(1 - cos(x)) / x^2` in powers of `x^2`.
+const COSINE: [f64; 6] = [
+    0.5,
+    -1.0 / 24.0,
+    1.0 / 720.0,
+    -1.0 / 40320.0,
+    1.0 / 3628800.0,
+    0.0,
+];
+
+/// A polynomial in `q`, without a division.
+#[inline(always)]
+fn series(q: f64, c: &[f64; 6]) -> f64 {
+    let square = q * q;
+    (c[0] + c[1] * q) + square * ((c[2] + c[3] * q) + square * (c[4] + c[5] * q))
 }
 
 /// `Log(R)`: the rotation vector (radians) of an orthonormal matrix, |v| <= pi.
