@@ -26,7 +26,7 @@ pub fn error_of(trial: &Trial, path: BudgetPath) -> Option<Error6> {
 /// # Errors
 /// [`LedgerError`]: a ledger cannot be read.
 pub fn interaction(experiment: &Experiment, folder: &Path) -> Result<[Moments; 3], LedgerError> {
-    let mut all = [Moments::default(); 3];
+    let mut all = [(); 3].map(|()| Moments::default());
     let cells = &experiment.cells;
     let find = |role: Role| cells.iter().find(|cell| cell.role == role);
     let (Some(together), Some(nothing)) = (find(Role::Together), find(Role::Nothing)) else {

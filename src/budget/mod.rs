@@ -17,6 +17,7 @@
 //! | [`summary`] | the trials as `result.json` |
 //! | [`swath`] | what a calibration's covariance means for a sounding, against IHO S-44 |
 //! | [`soundings`] | the same for a scenario's sensors, as a section of `result.json` |
+//! | [`named`] | the budget of a procedure whose parameters are named (USBL, rail) |
 //! | [`plan`], [`passes`], [`fusion`] | which pass to sail next, and how many |
 //! | [`planned`] | the plan as `plan.json` |
 
@@ -26,6 +27,7 @@ pub mod fusion;
 pub mod influence;
 pub mod interaction;
 pub mod ledger;
+pub mod named;
 pub mod passes;
 pub mod plan;
 pub mod planned;

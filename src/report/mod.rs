@@ -7,6 +7,7 @@ pub mod budget;
 pub mod conventions;
 pub mod html;
 pub mod json;
+pub mod named_budget;
 pub mod plan;
 pub mod text;
 
@@ -19,4 +20,5 @@ pub use budget::{WrittenBudget, write_budget};
 pub use budget_headline::headline as budget_headline;
 pub use files::{ReportError, Written, write_all};
 pub use headline::{SIGNIFICANCE, headline};
+pub use named_budget::{WrittenNamedBudget, write_named_budget};
 pub use plan::{WrittenPlan, write_plan};

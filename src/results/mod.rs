@@ -8,6 +8,7 @@
 
 mod budget;
 mod comparison;
+mod named_budget;
 mod parameters;
 mod plan;
 mod pool;
@@ -24,6 +25,10 @@ pub use budget::{
     SweepPoint, SweepValue,
 };
 pub use comparison::{Comparison, Difference, ResidualRms};
+pub use named_budget::{
+    NAMED_BUDGET_FORMAT_VERSION, NamedBudget, NamedFigures, NamedHonesty, NamedParameter,
+    NamedPath, NamedRefusal, NamedShare, NamedSource,
+};
 pub use parameters::{Parameter, ParameterComparison, ParameterDifference};
 pub use plan::{
     PLAN_FORMAT_VERSION, PlanCandidate, PlanCriterion, PlanResult, PlanStep, PlanVariation,

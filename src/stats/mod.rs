@@ -1,7 +1,9 @@
 //! Distributions, robust scale, and seeded random streams.
 
+pub mod moments;
 pub mod robust;
 pub mod streams;
 
+pub use moments::Moments;
 pub use robust::{mad_sigma, median};
 pub use streams::stream;

@@ -5,7 +5,7 @@
 
 mod payload;
 
-use crate::results::{BudgetResult, PlanResult, PoolResult, ReportSamples};
+use crate::results::{BudgetResult, NamedBudget, PlanResult, PoolResult, ReportSamples};
 use serde::Serialize;
 
 const TEMPLATE: &str = include_str!("report.html");
@@ -30,6 +30,11 @@ const BUDGET: [&str; 6] = [
     include_str!("honesty.js"),
     include_str!("budget.js"),
 ];
+const NAMED_BUDGET: [&str; 3] = [
+    include_str!("elements.js"),
+    include_str!("plots.js"),
+    include_str!("named_budget.js"),
+];
 const PLAN: [&str; 3] = [
     include_str!("elements.js"),
     include_str!("plots.js"),
@@ -51,6 +56,16 @@ pub fn budget(result: &BudgetResult) -> serde_json::Result<String> {
     let kind = "error budget of a calibration";
     let headline = super::budget_headline(result);
     bare(kind, &result.scenario, &headline, result, &BUDGET)
+}
+
+/// `report.html` of an error budget of named parameters.
+///
+/// # Errors
+/// As [`render`].
+pub fn named_budget(result: &NamedBudget) -> serde_json::Result<String> {
+    let kind = format!("error budget of a {} calibration", result.procedure);
+    let headline = super::named_budget::headline(result);
+    bare(&kind, &result.scenario, &headline, result, &NAMED_BUDGET)
 }
 
 /// `plan.html`.
