@@ -5,8 +5,9 @@ use super::motion::{Leg, Motion};
 use super::reality::Reality;
 use super::scenario::Scenario;
 use super::scene::{Hit, Scene};
-use super::sources::{Draws, Source};
+use super::sources::Source;
 use super::spoil::Spoiler;
+use super::switches::Draws;
 use crate::observe::{LaserCoordinates, LaserNoise, LaserScan};
 
 /// Rows of the spoiling streams that belong to the scanner begin here; the multibeam's are below.

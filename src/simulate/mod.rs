@@ -24,6 +24,7 @@ pub mod scene;
 mod sonar;
 pub mod sources;
 mod spoil;
+pub mod switches;
 pub mod truth;
 
 pub use reality::Reality;

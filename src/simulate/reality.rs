@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use super::scenario::{Angles, Scenario, Turn, Water};
-use super::sources::{Draws, Source};
+use super::sources::Source;
+use super::switches::Draws;
 use crate::geometry::{Geodetic, ellipsoid::TargetPose, rotation};
 use crate::observe::{Mounting, SoundSpeedProfile};
 use crate::target::Target;

@@ -6,8 +6,9 @@ use super::reality::Reality;
 use super::refraction::{self, Path};
 use super::scenario::{Disturbance, Recorded, Scenario};
 use super::scene::{Hit, Ray, Scene};
-use super::sources::{Draws, Source};
+use super::sources::Source;
 use super::spoil::Spoiler;
+use super::switches::Draws;
 use crate::observe::{SonarNoise, SoundingRange, Soundings};
 
 /// Echoes nearer than this are not recorded, metres.

@@ -1,7 +1,8 @@
 //! Observations that are no observations of the target: gross errors, clutter, late reflections.
 
 use super::scenario::Scenario;
-use super::sources::{Draws, Source};
+use super::sources::Source;
+use super::switches::Draws;
 
 /// Clutter is not nearer to the sensor than this, metres.
 const NEAREST_M: f64 = 0.5;
