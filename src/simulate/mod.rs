@@ -18,6 +18,7 @@ mod ins;
 mod laser;
 pub mod motion;
 pub mod reality;
+pub mod rail;
 mod refraction;
 pub mod scenario;
 pub mod scene;

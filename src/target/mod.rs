@@ -2,9 +2,11 @@
 
 pub mod face;
 pub mod model;
+pub mod rail;
 mod wall;
 
 pub use face::{Face, Outline, Role};
+pub use rail::{RailError, RailModel, RailProfile};
 pub use model::{FaceModel, TargetError, TargetModel, WallModel};
 
 use nalgebra::Vector3;
