@@ -13,6 +13,7 @@ mod keys;
 mod load;
 mod observations;
 pub mod problem;
+pub mod rail;
 mod procedure;
 mod rules;
 pub mod scenario;

@@ -48,7 +48,7 @@ pub enum ReferenceError {
         what: String,
     },
     /// The table did not turn about an axis.
-    #[error("profiler {profiler}: {found} positions turn about {axis} alone, expected at least {LEAST_STEPS}")]
+    #[error("profiler {profiler}: {found} usable positions turn about {axis} alone, expected at least {LEAST_STEPS}")]
     NoSweep {
         /// Its name.
         profiler: String,
@@ -136,9 +136,7 @@ pub fn reference(
     profiler: usize,
 ) -> Result<RailReference, ReferenceError> {
     let fitter = Fitter { scene, config, cloud, profiler };
-    let level = scene.level_position();
-    let coarse = fitter.coarse(level)?;
-    let (fine, _) = fitter.fine(level, coarse)?;
+    let (level, coarse, fine) = fitter.level()?;
     let rail = scene.campaign.stand.rail_attitude_rad;
     let (ins_roll, _, _) = rotation::to_attitude(&scene.attitude(level));
     let heading = fitter.sweep(level, fine, Axis::Heading)?;
@@ -168,6 +166,15 @@ fn minimum(sweep: &[SweepStep]) -> f64 {
 enum Axis {
     Heading,
     Pitch,
+}
+
+impl Axis {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Heading => "the vertical",
+            Self::Pitch => "the lateral axis",
+        }
+    }
 }
 
 impl Fitter<'_> {
@@ -202,6 +209,19 @@ impl Fitter<'_> {
         }
         let start = self.nominal_transform(position);
         Ok(icp::fit(self.cloud, &profile, start, self.config.max_steps))
+    }
+
+    /// The position nearest to level at which both regions are seen, with its coarse and fine transforms.
+    fn level(&self) -> Result<(usize, Rigid, Rigid), ReferenceError> {
+        let mut first = None;
+        for position in self.scene.by_level() {
+            let found = self.coarse(position).and_then(|coarse| Ok((coarse, self.fine(position, coarse)?.0)));
+            match found {
+                Ok((coarse, fine)) => return Ok((position, coarse, fine)),
+                Err(error) => first = first.or(Some(error)),
+            }
+        }
+        Err(first.unwrap_or(ReferenceError::NoProfile { profiler: self.name() }))
     }
 
     /// Points near the regions; of the two sides the one with more points.
@@ -271,29 +291,35 @@ impl Fitter<'_> {
         places.sort_by(|a, b| swept(&positions[*a]).total_cmp(&swept(&positions[*b])));
         let range = places.last().map_or(0.0, |b| swept(&positions[*b]) - swept(&positions[places[0]]));
         if places.len() < LEAST_STEPS || range <= tolerance {
-            let axis = if axis == Axis::Heading { "the vertical" } else { "the lateral axis" };
-            return Err(ReferenceError::NoSweep { profiler: self.name(), axis, found: places.len() });
+            let (profiler, found) = (self.name(), places.len());
+            return Err(ReferenceError::NoSweep { profiler, axis: axis.name(), found });
         }
         let middle = places.partition_point(|&k| swept(&positions[k]) < swept(&positions[level]));
         let (below, above) = places.split_at(middle);
-        let mut steps = self.followed(below.iter().rev(), start, axis)?;
+        let mut steps = self.followed(below.iter().rev(), start, axis);
         steps.reverse();
-        steps.extend(self.followed(above.iter(), start, axis)?);
+        steps.extend(self.followed(above.iter(), start, axis));
+        let found = steps.len();
+        if found < LEAST_STEPS {
+            let profiler = self.name();
+            return Err(ReferenceError::NoSweep { profiler, axis: axis.name(), found });
+        }
         Ok(steps)
     }
 
-    fn followed<'k>(&self, places: impl Iterator<Item = &'k usize>, start: Rigid, axis: Axis) -> Result<Vec<SweepStep>, ReferenceError> {
+    /// Steps of one side; positions at which something hides a region are left out.
+    fn followed<'k>(&self, places: impl Iterator<Item = &'k usize>, start: Rigid, axis: Axis) -> Vec<SweepStep> {
         let (mut transform, mut steps) = (start, vec![]);
         for &position in places {
             let near = icp::fit(self.cloud, &self.profile(position), transform, FOLLOWING_STEPS);
-            let (fine, regions) = self.fine(position, near)?;
+            let Ok((fine, regions)) = self.fine(position, near) else { continue };
             transform = fine;
             steps.push(SweepStep {
                 turn_rad: self.turn(position, axis),
                 distance_m: self.distance(&regions, axis),
             });
         }
-        Ok(steps)
+        steps
     }
 
     /// Heading or pitch of the INS against the rail.

@@ -67,10 +67,16 @@ impl<'a> RailScene<'a> {
     /// The position nearest to level.
     #[must_use]
     pub fn level_position(&self) -> usize {
-        let size = |p: &Position| p.heading_rad.abs() + p.pitch_rad.abs();
-        let all = self.positions.iter().enumerate();
-        all.min_by(|a, b| size(a.1).total_cmp(&size(b.1)))
-            .map_or(0, |(k, _)| k)
+        self.by_level().first().copied().unwrap_or(0)
+    }
+
+    /// Positions, nearest to level first.
+    #[must_use]
+    pub fn by_level(&self) -> Vec<usize> {
+        let size = |k: &usize| self.positions[*k].heading_rad.abs() + self.positions[*k].pitch_rad.abs();
+        let mut all: Vec<usize> = (0..self.positions.len()).collect();
+        all.sort_by(|a, b| size(a).total_cmp(&size(b)));
+        all
     }
 
     /// Points of one profiler at one position, in its frame.
