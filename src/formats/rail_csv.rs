@@ -152,9 +152,17 @@ pub fn write_attitude(path: &Path, record: &AttitudeRecord) -> Result<(), Format
     write_whole(path, |out| -> std::io::Result<()> {
         writeln!(out, "{}", ATTITUDE.join(","))?;
         for k in 0..record.time_s.len() {
-            let [roll, pitch, heading] =
-                [record.roll_rad[k], record.pitch_rad[k], record.heading_rad[k]].map(degrees);
-            writeln!(out, "{},{roll:.7},{pitch:.7},{heading:.7}", record.time_s[k])?;
+            let [roll, pitch, heading] = [
+                record.roll_rad[k],
+                record.pitch_rad[k],
+                record.heading_rad[k],
+            ]
+            .map(degrees);
+            writeln!(
+                out,
+                "{},{roll:.7},{pitch:.7},{heading:.7}",
+                record.time_s[k]
+            )?;
         }
         Ok(())
     })
@@ -169,7 +177,11 @@ pub fn write_table(path: &Path, record: &TableRecord) -> Result<(), FormatError>
         writeln!(out, "{}", TABLE.join(","))?;
         for k in 0..record.len() {
             let [heading, pitch] = [record.heading_rad[k], record.pitch_rad[k]].map(degrees);
-            writeln!(out, "{},{},{heading:.7},{pitch:.7}", record.from_s[k], record.to_s[k])?;
+            writeln!(
+                out,
+                "{},{},{heading:.7},{pitch:.7}",
+                record.from_s[k], record.to_s[k]
+            )?;
         }
         Ok(())
     })
@@ -188,7 +200,10 @@ mod tests {
     fn a_fault_names_line_and_column() {
         let head = "time_s,profiler,y_m,z_m\n";
         let unknown = refused(&format!("{head}0,3,0.1,0.1\n"));
-        assert!(unknown.contains("line 2, column profiler") && unknown.contains("1 to 2"), "{unknown}");
+        assert!(
+            unknown.contains("line 2, column profiler") && unknown.contains("1 to 2"),
+            "{unknown}"
+        );
         assert!(refused(&format!("{head}0,1,100.5,0.1\n")).contains("metres"));
         assert!(refused(&format!("{head}1,1,0,0\n0,1,0,0\n")).contains("ascending"));
         assert!(refused("time_s,profiler,y_mm,z_m\n").contains("nearest column: y_mm"));
@@ -216,6 +231,11 @@ mod tests {
         write_table(&path, &table).expect("written");
         assert_eq!(read_table(&path).expect("read"), table);
         std::fs::write(&path, "from_s,to_s,heading_deg,pitch_deg\n2,1,0,0\n").expect("written");
-        assert!(read_table(&path).expect_err("a fault").to_string().contains("later time"));
+        assert!(
+            read_table(&path)
+                .expect_err("a fault")
+                .to_string()
+                .contains("later time")
+        );
     }
 }

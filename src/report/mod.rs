@@ -8,6 +8,7 @@ pub mod conventions;
 pub mod html;
 pub mod json;
 pub mod plan;
+pub mod rail;
 pub mod text;
 
 mod budget_headline;
@@ -20,3 +21,4 @@ pub use budget_headline::headline as budget_headline;
 pub use files::{ReportError, Written, write_all};
 pub use headline::{SIGNIFICANCE, headline};
 pub use plan::{WrittenPlan, write_plan};
+pub use rail::write_rail;

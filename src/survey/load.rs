@@ -113,7 +113,10 @@ pub fn parse_target(path: &Path, text: &str) -> Result<(TargetModel, Target), Su
 }
 
 /// The checked text as its type; what the tables of keys let through and serde does not is a problem without a key.
-pub(super) fn typed<T: serde::de::DeserializeOwned>(path: &Path, text: &str) -> Result<T, SurveyError> {
+pub(super) fn typed<T: serde::de::DeserializeOwned>(
+    path: &Path,
+    text: &str,
+) -> Result<T, SurveyError> {
     toml::from_str(text).map_err(|error: toml::de::Error| {
         let message = error.message().replace('\n', " ");
         Problem::new(

@@ -6,8 +6,8 @@ pub mod rail;
 mod wall;
 
 pub use face::{Face, Outline, Role};
-pub use rail::{RailError, RailModel, RailProfile};
 pub use model::{FaceModel, TargetError, TargetModel, WallModel};
+pub use rail::{RailError, RailModel, RailProfile};
 
 use nalgebra::Vector3;
 

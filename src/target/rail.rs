@@ -87,20 +87,27 @@ impl RailModel {
         let finite = |p: [f64; 2]| p.iter().all(|v| v.is_finite() && v.abs() < 1e4);
         let mut before = self.start_mm;
         if !finite(before) {
-            faults.push(format!("start_mm: found {before:?}, expected two numbers within 10000"));
+            faults.push(format!(
+                "start_mm: found {before:?}, expected two numbers within 10000"
+            ));
         }
         for (k, e) in self.element.iter().enumerate() {
             let place = format!("element {} ({})", k + 1, e.name);
             if !finite(e.to_mm) || e.to_mm == before {
                 let expected = "a point within 10000 away from the one before";
-                faults.push(format!("{place}: to_mm: found {:?}, expected {expected}", e.to_mm));
+                faults.push(format!(
+                    "{place}: to_mm: found {:?}, expected {expected}",
+                    e.to_mm
+                ));
             }
             let chord = (metres(e.to_mm) - metres(before)).norm() * 1e3;
             if let Some(r) = e.radius_mm
                 && !(2.0 * r.abs() > chord)
             {
                 let expected = format!("more than half the {chord} mm between its ends");
-                faults.push(format!("{place}: radius_mm: found {r}, expected {expected}"));
+                faults.push(format!(
+                    "{place}: radius_mm: found {r}, expected {expected}"
+                ));
             }
             before = e.to_mm;
         }
@@ -108,7 +115,9 @@ impl RailModel {
         faults.extend(self.region_fault("arc_region", &self.arc_region, true));
         if self.symmetric && self.start_mm[0] != 0.0 {
             let x = self.start_mm[0];
-            faults.push(format!("start_mm: found x {x}, expected 0 in a symmetric rail"));
+            faults.push(format!(
+                "start_mm: found x {x}, expected 0 in a symmetric rail"
+            ));
         }
         faults
     }
@@ -119,7 +128,9 @@ impl RailModel {
             return None;
         }
         let kind = if arc { "an arc" } else { "a straight element" };
-        Some(format!("{key}: found \"{name}\", expected the name of {kind}"))
+        Some(format!(
+            "{key}: found \"{name}\", expected the name of {kind}"
+        ))
     }
 }
 
@@ -138,16 +149,28 @@ impl RailProfile {
         for e in &model.element {
             let to = metres(e.to_mm);
             let straight = Some(Element::Line { from, to });
-            let built = e.radius_mm.map_or(straight, |r| Element::arc(from, to, r * 1e-3));
+            let built = e
+                .radius_mm
+                .map_or(straight, |r| Element::arc(from, to, r * 1e-3));
             if let Some(element) = built {
                 half.push((e.name.clone(), element));
             }
             from = to;
         }
-        let named = if model.symmetric { mirrored(half) } else { half };
+        let named = if model.symmetric {
+            mirrored(half)
+        } else {
+            half
+        };
         let (names, elements): (Vec<_>, Vec<_>) = named.into_iter().unzip();
         let region = |name: &str| {
-            let is = |k: &usize| names[*k] == name || names[*k].strip_suffix(SIDES.0).or(names[*k].strip_suffix(SIDES.1)) == Some(name);
+            let is = |k: &usize| {
+                names[*k] == name
+                    || names[*k]
+                        .strip_suffix(SIDES.0)
+                        .or(names[*k].strip_suffix(SIDES.1))
+                        == Some(name)
+            };
             (0..names.len()).filter(is).collect()
         };
         Ok(Self {
@@ -190,8 +213,17 @@ const SIDES: (&str, &str) = (", left", ", right");
 fn mirrored(half: Vec<(String, Element)>) -> Vec<(String, Element)> {
     let flip = |p: Vector2<f64>| Vector2::new(-p.x, p.y);
     let other = |element: &Element| match *element {
-        Element::Line { from, to } => Element::Line { from: flip(to), to: flip(from) },
-        Element::Arc { centre, radius_m, convex, from, to } => Element::Arc {
+        Element::Line { from, to } => Element::Line {
+            from: flip(to),
+            to: flip(from),
+        },
+        Element::Arc {
+            centre,
+            radius_m,
+            convex,
+            from,
+            to,
+        } => Element::Arc {
             centre: flip(centre),
             radius_m,
             convex,
@@ -199,9 +231,14 @@ fn mirrored(half: Vec<(String, Element)>) -> Vec<(String, Element)> {
             to: flip(from),
         },
     };
-    let left = half.iter().rev().map(|(name, e)| (format!("{name}{}", SIDES.0), other(e)));
+    let left = half
+        .iter()
+        .rev()
+        .map(|(name, e)| (format!("{name}{}", SIDES.0), other(e)));
     let left: Vec<_> = left.collect();
-    let right = half.into_iter().map(|(name, e)| (format!("{name}{}", SIDES.1), e));
+    let right = half
+        .into_iter()
+        .map(|(name, e)| (format!("{name}{}", SIDES.1), e));
     left.into_iter().chain(right).collect()
 }
 
@@ -212,9 +249,17 @@ mod tests {
 
     /// Area of the section by Green's theorem, closed along the base.
     fn area_m2(profile: &RailProfile) -> f64 {
-        let outline: Vec<_> = profile.elements.iter().flat_map(|e| e.samples(2e-5)).collect();
+        let outline: Vec<_> = profile
+            .elements
+            .iter()
+            .flat_map(|e| e.samples(2e-5))
+            .collect();
         let next = outline.iter().cycle().skip(1);
-        0.5 * outline.iter().zip(next).map(|(a, b)| b.x * a.y - a.x * b.y).sum::<f64>()
+        0.5 * outline
+            .iter()
+            .zip(next)
+            .map(|(a, b)| b.x * a.y - a.x * b.y)
+            .sum::<f64>()
     }
 
     /// Height, foot and area as published: CHN60 176, 150, 77.45 cm2 (GB/T 2585); 60E1 172, 150, 76.70 cm2 (EN 13674-1). The radii that
@@ -223,13 +268,20 @@ mod tests {
     fn sections_have_the_published_size() {
         for (name, height, area) in [("chn60", 0.176, 77.45e-4), ("uic60", 0.172, 76.70e-4)] {
             let profile = RailProfile::built_in(name).expect("a profile");
-            let points: Vec<_> = profile.elements.iter().flat_map(|e| [e.from(), e.to()]).collect();
+            let points: Vec<_> = profile
+                .elements
+                .iter()
+                .flat_map(|e| [e.from(), e.to()])
+                .collect();
             let low = points.iter().map(|p| p.y).fold(0.0, f64::min);
             let wide = points.iter().map(|p| p.x).fold(0.0, f64::max);
             assert_relative_eq!(-low, height, epsilon = 1e-8);
             assert_relative_eq!(wide, 0.075, epsilon = 1e-8);
             assert_relative_eq!(area_m2(&profile), area, max_relative = 0.01);
-            assert_eq!((profile.line_region.len(), profile.arc_region.len()), (2, 2));
+            assert_eq!(
+                (profile.line_region.len(), profile.arc_region.len()),
+                (2, 2)
+            );
         }
     }
 
@@ -242,7 +294,11 @@ mod tests {
                 assert!((pair[0].to() - pair[1].from()).norm() < 1e-12);
                 let turn = pair[0].tangent(1.0).dot(&pair[1].tangent(0.0));
                 let sine = (1.0 - turn * turn).max(0.0).sqrt();
-                assert!(sine < 1e-6 && turn > 0.0, "{name}, {}: {sine}", profile.names[k]);
+                assert!(
+                    sine < 1e-6 && turn > 0.0,
+                    "{name}, {}: {sine}",
+                    profile.names[k]
+                );
             }
         }
     }

@@ -58,7 +58,13 @@ fn chain_row(position: u32, by_heading: f64, by_pitch: f64) -> ChainRow {
 }
 
 impl PointConditions<'_> {
-    fn evaluate(&self, turned: &Turned, x: &ParameterSet, tie: &Tie, u: &Vector3<f64>) -> Evaluated {
+    fn evaluate(
+        &self,
+        turned: &Turned,
+        x: &ParameterSet,
+        tie: &Tie,
+        u: &Vector3<f64>,
+    ) -> Evaluated {
         let profiler = self.scene.campaign.points.profiler[tie.row as usize] as usize;
         let mounting = self.blocks.mounting(x, profiler);
         let q = turned.section(&(mounting.rotation * u + mounting.lever_arm_m));
@@ -66,7 +72,10 @@ impl PointConditions<'_> {
         let n = Vector3::new(offset.normal.x, 0.0, offset.normal.y);
         let normal = turned.rail * n;
         let own = (turned.body * mounting.rotation).transpose() * normal;
-        let known = self.blocks.profile.map_or(0.0, |id| x.euclidean(id)[usize::from(tie.element)]);
+        let known = self
+            .blocks
+            .profile
+            .map_or(0.0, |id| x.euclidean(id)[usize::from(tie.element)]);
         Evaluated {
             misfit_m: offset.distance_m - known,
             normal,
@@ -80,7 +89,10 @@ impl PointConditions<'_> {
         let (row_, campaign) = (tie.row as usize, self.scene.campaign);
         let profiler = campaign.points.profiler[row_] as usize;
         let instrument = &campaign.profilers[profiler];
-        let variances = [instrument.lateral_sigma_m.powi(2), instrument.vertical_sigma_m.powi(2)];
+        let variances = [
+            instrument.lateral_sigma_m.powi(2),
+            instrument.vertical_sigma_m.powi(2),
+        ];
         let variance = |g: &[f64; 2]| g[0] * g[0] * variances[0] + g[1] * g[1] * variances[1];
         let raw = campaign.points.point(row_);
         let first = self.evaluate(turned, x, tie, &raw);
@@ -93,7 +105,15 @@ impl PointConditions<'_> {
         self.derive(turned, tie, x, &adjusted, &at, row);
     }
 
-    fn derive(&self, turned: &Turned, tie: &Tie, x: &ParameterSet, u: &Vector3<f64>, at: &Evaluated, row: &mut Row) {
+    fn derive(
+        &self,
+        turned: &Turned,
+        tie: &Tie,
+        x: &ParameterSet,
+        u: &Vector3<f64>,
+        at: &Evaluated,
+        row: &mut Row,
+    ) {
         let profiler = self.scene.campaign.points.profiler[tie.row as usize] as usize;
         let (own, b) = (&self.blocks.mountings[profiler], self.blocks);
         let mounting = b.mounting(x, profiler);
@@ -113,7 +133,10 @@ impl PointConditions<'_> {
         if let Some(id) = b.profile {
             row.push(x.offset(id) + usize::from(tie.element), -1.0);
         }
-        let (by_heading, by_pitch) = (turned.heading_axis.dot(&lever), turned.pitch_axis.dot(&lever));
+        let (by_heading, by_pitch) = (
+            turned.heading_axis.dot(&lever),
+            turned.pitch_axis.dot(&lever),
+        );
         row.chain = Some(chain_row(tie.position, by_heading, by_pitch));
     }
 }
@@ -137,7 +160,13 @@ impl Conditions for PointConditions<'_> {
         self.fill(&turned, tie, x, row);
     }
 
-    fn linearise_range(&self, range: Range<usize>, x: &ParameterSet, chain: Option<&ChainState>, rows: &mut [Row]) {
+    fn linearise_range(
+        &self,
+        range: Range<usize>,
+        x: &ParameterSet,
+        chain: Option<&ChainState>,
+        rows: &mut [Row],
+    ) {
         let mut here: Option<(u32, Turned)> = None;
         for (tie, row) in self.ties[range].iter().zip(rows) {
             let turned = match here {
@@ -189,13 +218,21 @@ impl Conditions for AttitudeConditions<'_> {
         let p = &self.scene.positions[position as usize];
         let Some(measured) = p.attitude else { return };
         let noise = &self.scene.campaign.attitude_noise;
-        let sigma = if axis == 2 { noise.heading_rad } else { noise.roll_pitch_rad };
+        let sigma = if axis == 2 {
+            noise.heading_rad
+        } else {
+            noise.roll_pitch_rad
+        };
         row.misclosure = rotation::log(&(turned.body * measured.transpose()))[axis];
         row.variance = sigma * sigma / p.records as f64;
         row.push(x.offset(self.blocks.level) + axis, 1.0);
         let by_seat: Matrix3<f64> = turned.table;
         let by_seat: Vec<f64> = by_seat.row(axis).iter().copied().collect();
         row.extend(x.offset(self.blocks.seat), &by_seat);
-        row.chain = Some(chain_row(position, turned.heading_axis[axis], turned.pitch_axis[axis]));
+        row.chain = Some(chain_row(
+            position,
+            turned.heading_axis[axis],
+            turned.pitch_axis[axis],
+        ));
     }
 }

@@ -57,13 +57,22 @@ impl Cloud {
     /// Points of the profile at a spacing, metres; `None` when there are none.
     #[must_use]
     pub fn new(rail: &RailProfile, spacing_m: f64) -> Option<Self> {
-        let points: Vec<[f64; 2]> = rail.elements.iter().flat_map(|e| e.samples(spacing_m)).map(|p| [p.x, p.y]).collect();
+        let points: Vec<[f64; 2]> = rail
+            .elements
+            .iter()
+            .flat_map(|e| e.samples(spacing_m))
+            .map(|p| [p.x, p.y])
+            .collect();
         let tree = ImmutableKdTree::new_from_slice(&points).ok()?;
         (!points.is_empty()).then_some(Self { points, tree })
     }
 
     fn nearest(&self, p: &Vector2<f64>) -> Vector2<f64> {
-        let found = self.tree.query(&[p.x, p.y]).nearest_one::<SquaredEuclidean<f64>>().execute();
+        let found = self
+            .tree
+            .query(&[p.x, p.y])
+            .nearest_one::<SquaredEuclidean<f64>>()
+            .execute();
         Vector2::from(self.points[found.item as usize])
     }
 }
@@ -75,7 +84,9 @@ pub fn fit(cloud: &Cloud, profile: &[Vector2<f64>], start: Rigid, max_steps: u32
     for _ in 0..max_steps {
         let moved: Vec<_> = profile.iter().map(|p| transform.apply(p)).collect();
         let pairs: Vec<_> = moved.iter().map(|p| (*p, cloud.nearest(p))).collect();
-        let Some((roll, from, to)) = step(&pairs) else { return transform };
+        let Some((roll, from, to)) = step(&pairs) else {
+            return transform;
+        };
         let next = transform.then(roll, &from, &to);
         let shift = (to - from).norm();
         transform = next;
@@ -89,8 +100,12 @@ pub fn fit(cloud: &Cloud, profile: &[Vector2<f64>], start: Rigid, max_steps: u32
 /// Least squares of the pairs: turn about the mean of the measured points, which goes to the mean of their partners.
 fn step(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<(f64, Vector2<f64>, Vector2<f64>)> {
     let mut gaps: Vec<f64> = pairs.iter().map(|(p, q)| (q - p).norm()).collect();
-    let limit = (3.0 * mad_sigma(&mut gaps.clone())? + crate::stats::median(&mut gaps)?).max(ALWAYS_M);
-    let near: Vec<_> = pairs.iter().filter(|(p, q)| (q - p).norm() <= limit).collect();
+    let limit =
+        (3.0 * mad_sigma(&mut gaps.clone())? + crate::stats::median(&mut gaps)?).max(ALWAYS_M);
+    let near: Vec<_> = pairs
+        .iter()
+        .filter(|(p, q)| (q - p).norm() <= limit)
+        .collect();
     if near.len() < 3 {
         return None;
     }
@@ -115,18 +130,32 @@ mod tests {
     fn a_moved_profile_comes_back() {
         let rail = RailProfile::built_in("chn60").expect("a rail");
         let cloud = Cloud::new(&rail, 1e-4).expect("points");
-        let truth = Rigid { roll_rad: 0.035, shift_m: Vector2::new(0.002, -0.0015) };
+        let truth = Rigid {
+            roll_rad: 0.035,
+            shift_m: Vector2::new(0.002, -0.0015),
+        };
         let seen = rail.elements[16..28].iter().flat_map(|e| e.samples(3.3e-4));
         let back = |p: Vector2<f64>| rolled(-truth.roll_rad, &(p - truth.shift_m));
         let profile: Vec<_> = seen.map(back).collect();
-        let found = fit(&cloud, &profile, Rigid { roll_rad: 0.0, shift_m: Vector2::zeros() }, 500);
+        let found = fit(
+            &cloud,
+            &profile,
+            Rigid {
+                roll_rad: 0.0,
+                shift_m: Vector2::zeros(),
+            },
+            500,
+        );
         assert!((found.roll_rad - truth.roll_rad).abs() < 1e-3, "{found:?}");
         assert!((found.shift_m - truth.shift_m).norm() < 1e-4, "{found:?}");
     }
 
     #[test]
     fn a_turn_about_a_place_carries_it() {
-        let first = Rigid { roll_rad: 0.3, shift_m: Vector2::new(1.0, 2.0) };
+        let first = Rigid {
+            roll_rad: 0.3,
+            shift_m: Vector2::new(1.0, 2.0),
+        };
         let (from, to) = (Vector2::new(0.4, -0.2), Vector2::new(0.5, 0.5));
         let both = first.then(0.2, &from, &to);
         let p = Vector2::new(0.7, 0.1);

@@ -113,10 +113,20 @@ pub fn joint(
             stable = true;
             break;
         }
-        let solution = frame.with_problem(&ties, |problem| solve(problem, estimate.clone(), &passing))?;
-        let iterations: Vec<_> = solution.iterations.iter().map(|r| (r.cost, r.step_sigmas)).collect();
+        let solution =
+            frame.with_problem(&ties, |problem| solve(problem, estimate.clone(), &passing))?;
+        let iterations: Vec<_> = solution
+            .iterations
+            .iter()
+            .map(|r| (r.cost, r.step_sigmas))
+            .collect();
         stable = last && iterations.first().is_some_and(|i| i.1 < STILL_SIGMAS);
-        rounds.push(Round { gate_m, ties: ties.len(), changed, iterations });
+        rounds.push(Round {
+            gate_m,
+            ties: ties.len(),
+            changed,
+            iterations,
+        });
         estimate = solution.estimate;
         if stable {
             break;
@@ -128,7 +138,11 @@ pub fn joint(
 /// Ties that are new or on another element.
 fn changed(before: &[Tie], now: &[Tie]) -> usize {
     let key = |t: &Tie| (t.position, t.row);
-    let kept = |t: &&Tie| before.binary_search_by_key(&key(t), key).is_ok_and(|k| before[k] == **t);
+    let kept = |t: &&Tie| {
+        before
+            .binary_search_by_key(&key(t), key)
+            .is_ok_and(|k| before[k] == **t)
+    };
     let kept = now.iter().filter(kept).count();
     (now.len() - kept).max(before.len() - kept)
 }
@@ -136,7 +150,9 @@ fn changed(before: &[Tie], now: &[Tie]) -> usize {
 impl Frame<'_> {
     fn gate_m(&self, round: usize) -> f64 {
         let sigmas = self.scene.campaign.profilers.iter();
-        let largest = sigmas.map(|p| p.lateral_sigma_m.max(p.vertical_sigma_m)).fold(0.0, f64::max);
+        let largest = sigmas
+            .map(|p| p.lateral_sigma_m.max(p.vertical_sigma_m))
+            .fold(0.0, f64::max);
         let own = self.config.gate_sigma * largest.hypot(self.scene.campaign.stand.profile_sigma_m);
         FIRST_GATES_M.get(round).map_or(own, |first| first.max(own))
     }
@@ -170,7 +186,11 @@ impl Frame<'_> {
 
     fn with_problem<T>(&self, ties: &[Tie], then: impl FnOnce(&Problem) -> T) -> T {
         let (scene, blocks) = (self.scene, &self.blocks);
-        let points = PointConditions { scene, blocks, ties };
+        let points = PointConditions {
+            scene,
+            blocks,
+            ties,
+        };
         let attitude = AttitudeConditions {
             scene,
             blocks,
@@ -192,9 +212,18 @@ impl Frame<'_> {
         rounds: Vec<Round>,
         stable: bool,
     ) -> Result<RailJoint, AdjustError> {
-        let options = QualityOptions { worst: WORST, ..QualityOptions::default() };
+        let options = QualityOptions {
+            worst: WORST,
+            ..QualityOptions::default()
+        };
         let found = self.with_problem(&ties, |problem| {
-            snoop(problem, estimate, &self.config.options(), &options, MOST_SNOOPS)
+            snoop(
+                problem,
+                estimate,
+                &self.config.options(),
+                &options,
+                MOST_SNOOPS,
+            )
         })?;
         let suspect = |w: &crate::adjust::ConditionQuality| match w.set {
             0 => Suspect::Point(ties[w.condition].row),
@@ -207,8 +236,14 @@ impl Frame<'_> {
         }
         let (x, sought) = (&found.solution.estimate.parameters, self.blocks.sought());
         Ok(RailJoint {
-            mountings: (0..self.blocks.mountings.len()).map(|p| self.blocks.mounting(x, p)).collect(),
-            covariance: found.solution.cofactor.view((0, 0), (sought, sought)).into_owned(),
+            mountings: (0..self.blocks.mountings.len())
+                .map(|p| self.blocks.mounting(x, p))
+                .collect(),
+            covariance: found
+                .solution
+                .cofactor
+                .view((0, 0), (sought, sought))
+                .into_owned(),
             observability: observability(&found.solution, &self.limits()),
             snooped: found.removed.len(),
             quality: found.quality,

@@ -56,7 +56,10 @@ pub struct Blocks {
 }
 
 fn diagonal(sigmas: &[f64]) -> DMatrix<f64> {
-    DMatrix::from_diagonal(&DVector::from_iterator(sigmas.len(), sigmas.iter().map(|s| s * s)))
+    DMatrix::from_diagonal(&DVector::from_iterator(
+        sigmas.len(),
+        sigmas.iter().map(|s| s * s),
+    ))
 }
 
 fn euclidean(name: &str, parts: &[String], unit: Unit, value: &[f64]) -> Block {
@@ -94,25 +97,57 @@ pub fn parameters(
         let rotation = set.push(turn(&name("rotation"), &three, &mounting.rotation))?;
         let arm = [mounting.lever_arm_m.x, mounting.lever_arm_m.z];
         let two = ["lx", "lz"].map(name);
-        sought.push((rotation, set.push(euclidean(&name("lever arm"), &two, Unit::Metre, &arm))?));
+        sought.push((
+            rotation,
+            set.push(euclidean(&name("lever arm"), &two, Unit::Metre, &arm))?,
+        ));
     }
     let mut mountings = vec![];
     for ((rotation, arm), profiler) in sought.into_iter().zip(profilers) {
         let name = format!("{} ly", profiler.name);
-        let block = euclidean(&name, std::slice::from_ref(&name), Unit::Metre, &[profiler.nominal.lever_arm_m.y]);
+        let block = euclidean(
+            &name,
+            std::slice::from_ref(&name),
+            Unit::Metre,
+            &[profiler.nominal.lever_arm_m.y],
+        );
         let along = set.push(known(block, &[profiler.along_sigma_m]))?;
-        mountings.push(MountingBlocks { rotation, arm, along });
+        mountings.push(MountingBlocks {
+            rotation,
+            arm,
+            along,
+        });
     }
     let (identity, s) = (Matrix3::identity(), stand);
     let level = ["table tilt x", "table tilt y", "table zero"].map(str::to_owned);
-    let level = known(turn("table level", &level, &identity), &[s.level_sigma_rad, s.level_sigma_rad, s.zero_sigma_rad]);
-    let seat = known(turn("seat of the beam", &axes("seat"), &identity), &[s.seating_sigma_rad; 3]);
+    let level = known(
+        turn("table level", &level, &identity),
+        &[s.level_sigma_rad, s.level_sigma_rad, s.zero_sigma_rad],
+    );
+    let seat = known(
+        turn("seat of the beam", &axes("seat"), &identity),
+        &[s.seating_sigma_rad; 3],
+    );
     let [roll, pitch, heading] = s.rail_attitude_rad;
-    let rail = turn("rail orientation", &axes("rail orientation"), &rotation::from_attitude(roll, pitch, heading));
+    let rail = turn(
+        "rail orientation",
+        &axes("rail orientation"),
+        &rotation::from_attitude(roll, pitch, heading),
+    );
     let rail = known(rail, s.rail_attitude_sigma_rad.as_slice());
-    let body = euclidean("pivot in the body", &axes("pivot in the body"), Unit::Metre, s.pivot_body_m.as_slice());
+    let body = euclidean(
+        "pivot in the body",
+        &axes("pivot in the body"),
+        Unit::Metre,
+        s.pivot_body_m.as_slice(),
+    );
     let section = ["pivot at the rail x", "pivot at the rail z"].map(str::to_owned);
-    let section = euclidean("pivot at the rail", &section, Unit::Metre, s.pivot_rail_m.as_slice());
+    let section = euclidean(
+        "pivot at the rail",
+        &section,
+        Unit::Metre,
+        s.pivot_rail_m.as_slice(),
+    );
     let blocks = Blocks {
         mountings,
         level: set.push(level)?,
@@ -120,16 +155,28 @@ pub fn parameters(
         rail: set.push(rail)?,
         pivot_body: set.push(known(body, &[s.pivot_body_sigma_m; 3]))?,
         pivot_rail: set.push(known(section, &[s.pivot_rail_sigma_m; 2]))?,
-        profile: profile_block(scene).map(|block| set.push(block)).transpose()?,
+        profile: profile_block(scene)
+            .map(|block| set.push(block))
+            .transpose()?,
     };
     Ok((set, blocks))
 }
 
 fn profile_block(scene: &RailScene) -> Option<Block> {
     let sigma = scene.campaign.stand.profile_sigma_m;
-    let names: Vec<String> = scene.rail.names.iter().map(|n| format!("rail {n}")).collect();
+    let names: Vec<String> = scene
+        .rail
+        .names
+        .iter()
+        .map(|n| format!("rail {n}"))
+        .collect();
     let zeros = vec![0.0; names.len()];
-    (sigma > 0.0).then(|| known(euclidean("rail profile", &names, Unit::Metre, &zeros), &vec![sigma; names.len()]))
+    (sigma > 0.0).then(|| {
+        known(
+            euclidean("rail profile", &names, Unit::Metre, &zeros),
+            &vec![sigma; names.len()],
+        )
+    })
 }
 
 /// The table's angle errors as states, one epoch per position and one to close the last interval.
@@ -138,7 +185,12 @@ fn profile_block(scene: &RailScene) -> Option<Block> {
 /// [`AdjustError::BadChain`] when the positions are not in order.
 pub fn chain(scene: &RailScene) -> Result<ChainModel, AdjustError> {
     let table = &scene.campaign.table;
-    let times: Vec<f64> = table.from_s.iter().chain(table.to_s.last()).copied().collect();
+    let times: Vec<f64> = table
+        .from_s
+        .iter()
+        .chain(table.to_s.last())
+        .copied()
+        .collect();
     let process = |component| Process {
         component,
         sigma: scene.campaign.stand.table_sigma_rad,
@@ -199,7 +251,8 @@ impl Turned {
     ) -> Self {
         let error = states.map_or([0.0; 6], |s| s.between(position as u32, 1.0, 0.0));
         let p = &scene.positions[position];
-        let heading = scene.campaign.stand.rail_attitude_rad[2] + p.heading_rad + error[TURN_HEADING];
+        let heading =
+            scene.campaign.stand.rail_attitude_rad[2] + p.heading_rad + error[TURN_HEADING];
         let (level, seat) = (x.rotation(blocks.level), x.rotation(blocks.seat));
         let upright = level * rotation::exp(&(-heading * Vector3::z()));
         let table = upright * rotation::exp(&((p.pitch_rad + error[TURN_PITCH]) * Vector3::x()));

@@ -48,7 +48,9 @@ pub enum ReferenceError {
         what: String,
     },
     /// The table did not turn about an axis.
-    #[error("profiler {profiler}: {found} usable positions turn about {axis} alone, expected at least {LEAST_STEPS}")]
+    #[error(
+        "profiler {profiler}: {found} usable positions turn about {axis} alone, expected at least {LEAST_STEPS}"
+    )]
     NoSweep {
         /// Its name.
         profiler: String,
@@ -115,7 +117,12 @@ pub fn coarse(
     cloud: &Cloud,
     profiler: usize,
 ) -> Result<Mounting, ReferenceError> {
-    let fitter = Fitter { scene, config, cloud, profiler };
+    let fitter = Fitter {
+        scene,
+        config,
+        cloud,
+        profiler,
+    };
     let level = scene.level_position();
     let transform = fitter.coarse(level)?;
     let nominal = &scene.campaign.profilers[profiler].nominal;
@@ -135,7 +142,12 @@ pub fn reference(
     cloud: &Cloud,
     profiler: usize,
 ) -> Result<RailReference, ReferenceError> {
-    let fitter = Fitter { scene, config, cloud, profiler };
+    let fitter = Fitter {
+        scene,
+        config,
+        cloud,
+        profiler,
+    };
     let (level, coarse, fine) = fitter.level()?;
     let rail = scene.campaign.stand.rail_attitude_rad;
     let (ins_roll, _, _) = rotation::to_attitude(&scene.attitude(level));
@@ -157,7 +169,9 @@ pub fn reference(
 
 /// The turn of the smallest distance; of equal ones the first.
 fn minimum(sweep: &[SweepStep]) -> f64 {
-    let best = sweep.iter().min_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+    let best = sweep
+        .iter()
+        .min_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
     best.map_or(f64::NAN, |s| s.turn_rad)
 }
 
@@ -192,7 +206,8 @@ impl Fitter<'_> {
         let (scene, stand) = (self.scene, &self.scene.campaign.stand);
         let nominal = &scene.campaign.profilers[self.profiler].nominal;
         let [roll, pitch, heading] = stand.rail_attitude_rad;
-        let body = rotation::from_attitude(roll, pitch, heading).transpose() * scene.attitude(position);
+        let body =
+            rotation::from_attitude(roll, pitch, heading).transpose() * scene.attitude(position);
         let place = body * (nominal.lever_arm_m - stand.pivot_body_m);
         let r = body * nominal.rotation;
         Rigid {
@@ -205,7 +220,9 @@ impl Fitter<'_> {
     fn coarse(&self, position: usize) -> Result<Rigid, ReferenceError> {
         let profile = self.profile(position);
         if profile.is_empty() {
-            return Err(ReferenceError::NoProfile { profiler: self.name() });
+            return Err(ReferenceError::NoProfile {
+                profiler: self.name(),
+            });
         }
         let start = self.nominal_transform(position);
         Ok(icp::fit(self.cloud, &profile, start, self.config.max_steps))
@@ -215,13 +232,17 @@ impl Fitter<'_> {
     fn level(&self) -> Result<(usize, Rigid, Rigid), ReferenceError> {
         let mut first = None;
         for position in self.scene.by_level() {
-            let found = self.coarse(position).and_then(|coarse| Ok((coarse, self.fine(position, coarse)?.0)));
+            let found = self
+                .coarse(position)
+                .and_then(|coarse| Ok((coarse, self.fine(position, coarse)?.0)));
             match found {
                 Ok((coarse, fine)) => return Ok((position, coarse, fine)),
                 Err(error) => first = first.or(Some(error)),
             }
         }
-        Err(first.unwrap_or(ReferenceError::NoProfile { profiler: self.name() }))
+        Err(first.unwrap_or(ReferenceError::NoProfile {
+            profiler: self.name(),
+        }))
     }
 
     /// Points near the regions; of the two sides the one with more points.
@@ -238,10 +259,17 @@ impl Fitter<'_> {
             }
         }
         let mut side = |elements: &[usize]| {
-            let most = elements.iter().copied().max_by_key(|&e| near[e].len()).unwrap_or(0);
+            let most = elements
+                .iter()
+                .copied()
+                .max_by_key(|&e| near[e].len())
+                .unwrap_or(0);
             (most, std::mem::take(&mut near[most]))
         };
-        Regions { line: side(&rail.line_region), arc: side(&rail.arc_region) }
+        Regions {
+            line: side(&rail.line_region),
+            arc: side(&rail.arc_region),
+        }
     }
 
     fn fault(&self, element: usize, what: &impl ToString) -> ReferenceError {
@@ -266,9 +294,13 @@ impl Fitter<'_> {
                     return Err(self.fault(element, &what));
                 }
             }
-            let turn = line_turn(&self.scene.rail.elements[*line], line_points).map_err(|e| self.fault(*line, &e))?;
+            let turn = line_turn(&self.scene.rail.elements[*line], line_points)
+                .map_err(|e| self.fault(*line, &e))?;
             let centre = arc_centre(arc_points).map_err(|e| self.fault(*arc, &e))?;
-            let Element::Arc { centre: standard, .. } = self.scene.rail.elements[*arc] else {
+            let Element::Arc {
+                centre: standard, ..
+            } = self.scene.rail.elements[*arc]
+            else {
                 return Err(self.fault(*arc, &"no arc"));
             };
             transform = transform.then(turn, &centre, &standard);
@@ -278,10 +310,18 @@ impl Fitter<'_> {
     }
 
     /// The Hausdorff distance over the positions that turn about one axis alone, followed outwards from level.
-    fn sweep(&self, level: usize, start: Rigid, axis: Axis) -> Result<Vec<SweepStep>, ReferenceError> {
+    fn sweep(
+        &self,
+        level: usize,
+        start: Rigid,
+        axis: Axis,
+    ) -> Result<Vec<SweepStep>, ReferenceError> {
         let positions = &self.scene.positions;
         let tolerance = self.config.axis_tolerance_deg.to_radians();
-        let (swept, other): (fn(&super::scene::Position) -> f64, fn(&super::scene::Position) -> f64) = match axis {
+        let (swept, other): (
+            fn(&super::scene::Position) -> f64,
+            fn(&super::scene::Position) -> f64,
+        ) = match axis {
             Axis::Heading => (|p| p.heading_rad, |p| p.pitch_rad),
             Axis::Pitch => (|p| p.pitch_rad, |p| p.heading_rad),
         };
@@ -289,10 +329,16 @@ impl Fitter<'_> {
             .filter(|&k| other(&positions[k]).abs() <= tolerance && !self.profile(k).is_empty())
             .collect();
         places.sort_by(|a, b| swept(&positions[*a]).total_cmp(&swept(&positions[*b])));
-        let range = places.last().map_or(0.0, |b| swept(&positions[*b]) - swept(&positions[places[0]]));
+        let range = places.last().map_or(0.0, |b| {
+            swept(&positions[*b]) - swept(&positions[places[0]])
+        });
         if places.len() < LEAST_STEPS || range <= tolerance {
             let (profiler, found) = (self.name(), places.len());
-            return Err(ReferenceError::NoSweep { profiler, axis: axis.name(), found });
+            return Err(ReferenceError::NoSweep {
+                profiler,
+                axis: axis.name(),
+                found,
+            });
         }
         let middle = places.partition_point(|&k| swept(&positions[k]) < swept(&positions[level]));
         let (below, above) = places.split_at(middle);
@@ -302,17 +348,33 @@ impl Fitter<'_> {
         let found = steps.len();
         if found < LEAST_STEPS {
             let profiler = self.name();
-            return Err(ReferenceError::NoSweep { profiler, axis: axis.name(), found });
+            return Err(ReferenceError::NoSweep {
+                profiler,
+                axis: axis.name(),
+                found,
+            });
         }
         Ok(steps)
     }
 
     /// Steps of one side; positions at which something hides a region are left out.
-    fn followed<'k>(&self, places: impl Iterator<Item = &'k usize>, start: Rigid, axis: Axis) -> Vec<SweepStep> {
+    fn followed<'k>(
+        &self,
+        places: impl Iterator<Item = &'k usize>,
+        start: Rigid,
+        axis: Axis,
+    ) -> Vec<SweepStep> {
         let (mut transform, mut steps) = (start, vec![]);
         for &position in places {
-            let near = icp::fit(self.cloud, &self.profile(position), transform, FOLLOWING_STEPS);
-            let Ok((fine, regions)) = self.fine(position, near) else { continue };
+            let near = icp::fit(
+                self.cloud,
+                &self.profile(position),
+                transform,
+                FOLLOWING_STEPS,
+            );
+            let Ok((fine, regions)) = self.fine(position, near) else {
+                continue;
+            };
             transform = fine;
             steps.push(SweepStep {
                 turn_rad: self.turn(position, axis),
@@ -334,24 +396,43 @@ impl Fitter<'_> {
 
     /// Between the measured points of a region and the standard element's points; gross errors are trimmed by the figure's fit.
     fn distance(&self, regions: &Regions, axis: Axis) -> f64 {
-        let (element, points) = if axis == Axis::Heading { &regions.line } else { &regions.arc };
+        let (element, points) = if axis == Axis::Heading {
+            &regions.line
+        } else {
+            &regions.arc
+        };
         let piece = &self.scene.rail.elements[*element];
         let off = |p: &Vector2<f64>| piece.extended(p).distance_m;
         let rms = (points.iter().map(|p| off(p).powi(2)).sum::<f64>() / points.len() as f64).sqrt();
-        let kept: Vec<_> = points.iter().copied().filter(|p| off(p).abs() <= TRIM * rms).collect();
+        let kept: Vec<_> = points
+            .iter()
+            .copied()
+            .filter(|p| off(p).abs() <= TRIM * rms)
+            .collect();
         hausdorff::distance_m(&kept, &piece.samples(self.config.spacing_m))
     }
 
     /// The mounting whose profiler stands where a transform puts it; along the rail it stays at its nominal place.
-    fn placed(&self, position: usize, transform: &Rigid, rotation: nalgebra::Matrix3<f64>) -> Mounting {
+    fn placed(
+        &self,
+        position: usize,
+        transform: &Rigid,
+        rotation: nalgebra::Matrix3<f64>,
+    ) -> Mounting {
         let stand = &self.scene.campaign.stand;
-        let nominal = self.scene.campaign.profilers[self.profiler].nominal.lever_arm_m;
+        let nominal = self.scene.campaign.profilers[self.profiler]
+            .nominal
+            .lever_arm_m;
         let [roll, pitch, heading] = stand.rail_attitude_rad;
-        let body = rotation::from_attitude(roll, pitch, heading).transpose() * self.scene.attitude(position);
+        let body = rotation::from_attitude(roll, pitch, heading).transpose()
+            * self.scene.attitude(position);
         let along = (body * (nominal - stand.pivot_body_m)).y;
         let section = transform.shift_m - stand.pivot_rail_m;
         let arm = body.transpose() * Vector3::new(section.x, along, section.y);
-        Mounting { rotation, lever_arm_m: arm + stand.pivot_body_m }
+        Mounting {
+            rotation,
+            lever_arm_m: arm + stand.pivot_body_m,
+        }
     }
 
     /// RMS distance of the level profile from the standard profile: as measured under the fine fit, and with lateral and vertical
@@ -359,10 +440,16 @@ impl Fitter<'_> {
     fn compensated(&self, level: usize, fine: Rigid, mounting: &Mounting) -> (f64, f64) {
         let profile = self.profile(level);
         let (_, pitch, heading) = mounting.angles();
-        let (theta, psi) = (pitch + self.turn(level, Axis::Pitch), heading + self.turn(level, Axis::Heading));
+        let (theta, psi) = (
+            pitch + self.turn(level, Axis::Pitch),
+            heading + self.turn(level, Axis::Heading),
+        );
         let compensate = |p: &Vector2<f64>| {
             let q = icp::rolled(fine.roll_rad, p);
-            icp::rolled(-fine.roll_rad, &Vector2::new(q.x * psi.cos(), q.y * theta.cos()))
+            icp::rolled(
+                -fine.roll_rad,
+                &Vector2::new(q.x * psi.cos(), q.y * theta.cos()),
+            )
         };
         let changed: Vec<_> = profile.iter().map(compensate).collect();
         let again = icp::fit(self.cloud, &changed, fine, FOLLOWING_STEPS);
@@ -370,8 +457,13 @@ impl Fitter<'_> {
     }
 
     fn rms(&self, profile: &[Vector2<f64>], transform: &Rigid) -> f64 {
-        let near = profile.iter().filter_map(|p| self.scene.rail.nearest(&transform.apply(p)));
-        let squares: Vec<f64> = near.filter(|n| n.distance_m <= self.config.region_m).map(|n| n.distance_m.powi(2)).collect();
+        let near = profile
+            .iter()
+            .filter_map(|p| self.scene.rail.nearest(&transform.apply(p)));
+        let squares: Vec<f64> = near
+            .filter(|n| n.distance_m <= self.config.region_m)
+            .map(|n| n.distance_m.powi(2))
+            .collect();
         (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
     }
 }

@@ -51,7 +51,10 @@ impl<'a> RailScene<'a> {
         let mut points: Vec<Placed> = (0..campaign.points.len())
             .filter_map(|row| {
                 let (row_, position) = (row as u32, place(row)? as u32);
-                Some(Placed { row: row_, position })
+                Some(Placed {
+                    row: row_,
+                    position,
+                })
             })
             .collect();
         points.sort_by_key(|p| (p.position, p.row));
@@ -73,7 +76,8 @@ impl<'a> RailScene<'a> {
     /// Positions, nearest to level first.
     #[must_use]
     pub fn by_level(&self) -> Vec<usize> {
-        let size = |k: &usize| self.positions[*k].heading_rad.abs() + self.positions[*k].pitch_rad.abs();
+        let size =
+            |k: &usize| self.positions[*k].heading_rad.abs() + self.positions[*k].pitch_rad.abs();
         let mut all: Vec<usize> = (0..self.positions.len()).collect();
         all.sort_by(|a, b| size(a).total_cmp(&size(b)));
         all
@@ -82,8 +86,12 @@ impl<'a> RailScene<'a> {
     /// Points of one profiler at one position, in its frame.
     #[must_use]
     pub fn profile(&self, position: usize, profiler: usize) -> Vec<Vector3<f64>> {
-        let first = self.points.partition_point(|p| (p.position as usize) < position);
-        let here = self.points[first..].iter().take_while(|p| p.position as usize == position);
+        let first = self
+            .points
+            .partition_point(|p| (p.position as usize) < position);
+        let here = self.points[first..]
+            .iter()
+            .take_while(|p| p.position as usize == position);
         let points = &self.campaign.points;
         here.map(|p| p.row as usize)
             .filter(|&row| points.profiler[row] as usize == profiler)
@@ -94,7 +102,11 @@ impl<'a> RailScene<'a> {
     /// Range of the table's turns, radians: about the vertical, about the lateral axis; of positions with points only.
     #[must_use]
     pub fn turned_rad(&self) -> (f64, f64) {
-        let used = |k: &usize| self.points.binary_search_by_key(&(*k as u32), |p| p.position).is_ok();
+        let used = |k: &usize| {
+            self.points
+                .binary_search_by_key(&(*k as u32), |p| p.position)
+                .is_ok()
+        };
         let places: Vec<usize> = (0..self.positions.len()).filter(used).collect();
         let range = |of: fn(&Position) -> f64| {
             let values = places.iter().map(|&k| of(&self.positions[k]));
@@ -120,7 +132,11 @@ fn positions(campaign: &RailCampaign) -> Vec<Position> {
         let from = record.time_s.partition_point(|&t| t < table.from_s[k]);
         let to = record.time_s.partition_point(|&t| t <= table.to_s[k]);
         let attitudes = (from..to).map(|i| {
-            rotation::from_attitude(record.roll_rad[i], record.pitch_rad[i], record.heading_rad[i])
+            rotation::from_attitude(
+                record.roll_rad[i],
+                record.pitch_rad[i],
+                record.heading_rad[i],
+            )
         });
         Position {
             heading_rad: table.heading_rad[k],

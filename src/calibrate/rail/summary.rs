@@ -17,10 +17,10 @@ use crate::calibrate::pool::config::KernelName;
 use crate::calibrate::quality::{Judged, block_priors, group, named_prior, quality, readable};
 use crate::observe::Mounting;
 use crate::results::{
-    Angles, HausdorffStep, JointIteration, MountingAngles, Outline, Parameter,
-    ParameterComparison, ParameterDifference, Prior, ProfileSample, ProfilerCounts, Provenance,
-    Quality, RAIL_SCHEMA, RailJointSolution, RailMounting, RailReferenceSolution,
-    RailReferenceSteps, RailResult, RailSamples, RailSolutions, ResidualSample, Status,
+    Angles, HausdorffStep, JointIteration, MountingAngles, Outline, Parameter, ParameterComparison,
+    ParameterDifference, Prior, ProfileSample, ProfilerCounts, Provenance, Quality, RAIL_SCHEMA,
+    RailJointSolution, RailMounting, RailReferenceSolution, RailReferenceSteps, RailResult,
+    RailSamples, RailSolutions, ResidualSample, Status,
 };
 
 /// Points of a profile shown per profiler and path.
@@ -52,7 +52,10 @@ pub fn result(outcome: &RailOutcome, input: &RailInput, provenance: Provenance) 
             joint: outcome.joint.as_ref().map(|j| joint(j, outcome, input)),
         },
         comparison: comparison(outcome),
-        residual_rms_m: paths(outcome).into_iter().map(|(name, m)| (name.to_owned(), rms(outcome, &m))).collect(),
+        residual_rms_m: paths(outcome)
+            .into_iter()
+            .map(|(name, m)| (name.to_owned(), rms(outcome, &m)))
+            .collect(),
         notes: notes(scene),
     }
 }
@@ -65,17 +68,32 @@ fn notes(scene: &RailScene) -> Vec<String> {
             .to_owned(),
     ];
     if scene.turning > 0 {
-        notes.push(format!("{} points were taken while the table turned and were left out", scene.turning));
+        notes.push(format!(
+            "{} points were taken while the table turned and were left out",
+            scene.turning
+        ));
     }
-    let silent = scene.positions.iter().filter(|p| p.attitude.is_none()).count();
+    let silent = scene
+        .positions
+        .iter()
+        .filter(|p| p.attitude.is_none())
+        .count();
     if silent > 0 {
-        notes.push(format!("{silent} of {} positions have no INS record", scene.positions.len()));
+        notes.push(format!(
+            "{silent} of {} positions have no INS record",
+            scene.positions.len()
+        ));
     }
     notes
 }
 
 fn usable_joint<'o>(outcome: &'o RailOutcome) -> Option<&'o RailJoint> {
-    outcome.joint.as_ref()?.as_ref().ok().filter(|_| outcome.refusal.is_none())
+    outcome
+        .joint
+        .as_ref()?
+        .as_ref()
+        .ok()
+        .filter(|_| outcome.refusal.is_none())
 }
 
 fn usable_reference<'o>(outcome: &'o RailOutcome) -> Option<&'o Vec<RailReference>> {
@@ -102,16 +120,36 @@ fn counts(outcome: &RailOutcome) -> Vec<ProfilerCounts> {
             }
         };
         reject("while the table turned", read[p] - resting[p]);
-        reject(if joint.is_some() { "off the rail" } else { "not adjusted" }, resting[p] - used[p]);
-        ProfilerCounts { profiler: profiler.name.clone(), read: read[p], used: used[p], rejected }
+        reject(
+            if joint.is_some() {
+                "off the rail"
+            } else {
+                "not adjusted"
+            },
+            resting[p] - used[p],
+        );
+        ProfilerCounts {
+            profiler: profiler.name.clone(),
+            read: read[p],
+            used: used[p],
+            rejected,
+        }
     };
-    scene.campaign.profilers.iter().enumerate().map(one).collect()
+    scene
+        .campaign
+        .profilers
+        .iter()
+        .enumerate()
+        .map(one)
+        .collect()
 }
 
 fn mounting(found: &Mounting, profiler: &crate::observe::Profiler) -> RailMounting {
     let r = found.rotation;
     let (roll, pitch, heading) = found.angles();
-    let turn = found.correction_from(&profiler.nominal).map(f64::to_degrees);
+    let turn = found
+        .correction_from(&profiler.nominal)
+        .map(f64::to_degrees);
     RailMounting {
         profiler: profiler.name.clone(),
         rotation_matrix: [0, 1, 2].map(|i| [0, 1, 2].map(|j| r[(i, j)])),
@@ -120,23 +158,40 @@ fn mounting(found: &Mounting, profiler: &crate::observe::Profiler) -> RailMounti
             pitch: pitch.to_degrees(),
             heading: heading.to_degrees(),
         },
-        correction_deg: Angles { pitch: turn.x, roll: turn.y, yaw: turn.z },
+        correction_deg: Angles {
+            pitch: turn.x,
+            roll: turn.y,
+            yaw: turn.z,
+        },
         lever_arm_m: found.lever_arm_m.into(),
         lever_arm_correction_m: (found.lever_arm_m - profiler.nominal.lever_arm_m).into(),
     }
 }
 
-fn mountings<'m>(found: impl Iterator<Item = &'m Mounting>, scene: &RailScene) -> Vec<RailMounting> {
-    found.zip(&scene.campaign.profilers).map(|(m, p)| mounting(m, p)).collect()
+fn mountings<'m>(
+    found: impl Iterator<Item = &'m Mounting>,
+    scene: &RailScene,
+) -> Vec<RailMounting> {
+    found
+        .zip(&scene.campaign.profilers)
+        .map(|(m, p)| mounting(m, p))
+        .collect()
 }
 
 fn unit(column: usize) -> Unit {
-    if column % SOUGHT < 3 { Unit::Radian } else { Unit::Metre }
+    if column % SOUGHT < 3 {
+        Unit::Radian
+    } else {
+        Unit::Metre
+    }
 }
 
 /// Corrections as named parameters, angles in degrees.
 fn parameters(values: &[f64], sigmas: Option<&DMatrix<f64>>, scene: &RailScene) -> Vec<Parameter> {
-    let named = names(&scene.campaign.profilers).into_iter().zip(values).enumerate();
+    let named = names(&scene.campaign.profilers)
+        .into_iter()
+        .zip(values)
+        .enumerate();
     named
         .map(|(k, (name, value))| {
             let (shown, unit_name) = readable(*value, unit(k));
@@ -152,7 +207,10 @@ fn parameters(values: &[f64], sigmas: Option<&DMatrix<f64>>, scene: &RailScene) 
         .collect()
 }
 
-fn reference(found: &Result<Vec<RailReference>, super::reference::ReferenceError>, scene: &RailScene) -> RailReferenceSolution {
+fn reference(
+    found: &Result<Vec<RailReference>, super::reference::ReferenceError>,
+    scene: &RailScene,
+) -> RailReferenceSolution {
     let all = match found {
         Ok(all) => all,
         Err(error) => {
@@ -173,13 +231,20 @@ fn reference(found: &Result<Vec<RailReference>, super::reference::ReferenceError
         message: String::new(),
         mountings: mountings(all.iter().map(|r| &r.mounting), scene),
         parameters: parameters(&values, None, scene),
-        steps: all.iter().zip(&scene.campaign.profilers).map(|(r, p)| steps(r, &p.name)).collect(),
+        steps: all
+            .iter()
+            .zip(&scene.campaign.profilers)
+            .map(|(r, p)| steps(r, &p.name))
+            .collect(),
     }
 }
 
 fn steps(found: &RailReference, name: &str) -> RailReferenceSteps {
     let sweep = |steps: &[SweepStep]| {
-        let shown = |s: &SweepStep| HausdorffStep { turn_deg: s.turn_rad.to_degrees(), distance_m: s.distance_m };
+        let shown = |s: &SweepStep| HausdorffStep {
+            turn_deg: s.turn_rad.to_degrees(),
+            distance_m: s.distance_m,
+        };
         steps.iter().map(shown).collect()
     };
     RailReferenceSteps {
@@ -203,8 +268,16 @@ fn status(joint: &RailJoint, refused: bool) -> Status {
     }
 }
 
-fn joint(found: &Result<RailJoint, adjust::AdjustError>, outcome: &RailOutcome, input: &RailInput) -> RailJointSolution {
-    let message = outcome.refusal.as_ref().map(RailRefusal::to_string).unwrap_or_default();
+fn joint(
+    found: &Result<RailJoint, adjust::AdjustError>,
+    outcome: &RailOutcome,
+    input: &RailInput,
+) -> RailJointSolution {
+    let message = outcome
+        .refusal
+        .as_ref()
+        .map(RailRefusal::to_string)
+        .unwrap_or_default();
     let refused = outcome.refusal.is_some();
     let mut solution = RailJointSolution {
         status: Status::Refused,
@@ -227,7 +300,11 @@ fn joint(found: &Result<RailJoint, adjust::AdjustError>, outcome: &RailOutcome, 
     let values = corrections(found.mountings.iter(), &scene.campaign.profilers);
     solution.mountings = mountings(found.mountings.iter(), scene);
     solution.parameters = parameters(&values, Some(&found.covariance), scene);
-    solution.covariance = found.covariance.row_iter().map(|r| r.iter().copied().collect()).collect();
+    solution.covariance = found
+        .covariance
+        .row_iter()
+        .map(|r| r.iter().copied().collect())
+        .collect();
     solution.nuisance = nuisance(found);
     solution.quality = judged(found, scene, input);
     solution
@@ -283,10 +360,20 @@ fn nuisance(found: &RailJoint) -> Vec<Parameter> {
 fn judged(found: &RailJoint, scene: &RailScene, input: &RailInput) -> Option<Quality> {
     let profilers = &scene.campaign.profilers;
     let name = |g: &adjust::GroupQuality| match profilers.get(usize::from(g.group)) {
-        Some(p) => (format!("points of {}", p.name), "for both coordinates together: they share each condition"),
-        None => ("INS attitude".to_owned(), "for roll, pitch and heading together"),
+        Some(p) => (
+            format!("points of {}", p.name),
+            "for both coordinates together: they share each condition",
+        ),
+        None => (
+            "INS attitude".to_owned(),
+            "for roll, pitch and heading together",
+        ),
     };
-    let shown = found.quality.groups.iter().map(|g| group(g, &name(g).0, name(g).1));
+    let shown = found
+        .quality
+        .groups
+        .iter()
+        .map(|g| group(g, &name(g).0, name(g).1));
     quality(Judged {
         quality: &found.quality,
         observability: &found.observability,
@@ -297,7 +384,8 @@ fn judged(found: &RailJoint, scene: &RailScene, input: &RailInput) -> Option<Qua
         groups: shown.collect(),
         observation: &|place| match found.worst[place] {
             Suspect::Point(row) => {
-                let profiler = &profilers[scene.campaign.points.profiler[row as usize] as usize].name;
+                let profiler =
+                    &profilers[scene.campaign.points.profiler[row as usize] as usize].name;
                 format!("point {row} of {profiler}")
             }
             Suspect::Attitude(position) => format!("INS at position {}", position + 1),
@@ -309,7 +397,11 @@ fn judged(found: &RailJoint, scene: &RailScene, input: &RailInput) -> Option<Qua
 fn priors(found: &RailJoint, scene: &RailScene) -> Vec<Prior> {
     let mut all = block_priors(&found.solution.estimate.parameters);
     let sigma = scene.campaign.stand.table_sigma_rad;
-    all.push(named_prior("table angle, per position and axis", sigma, Unit::Radian));
+    all.push(named_prior(
+        "table angle, per position and axis",
+        sigma,
+        Unit::Radian,
+    ));
     all
 }
 
@@ -320,12 +412,21 @@ fn comparison(outcome: &RailOutcome) -> Option<ParameterComparison> {
     for (from, to) in by_joint.mountings.iter().zip(by_reference) {
         d.extend(correction(&to.mounting, from));
     }
-    let (chi_square, degrees, p_value) = metric::chi_square(&DVector::from_vec(d.clone()), &by_joint.covariance)?;
-    let all = names(&outcome.scene.campaign.profilers).into_iter().zip(d).enumerate();
+    let (chi_square, degrees, p_value) =
+        metric::chi_square(&DVector::from_vec(d.clone()), &by_joint.covariance)?;
+    let all = names(&outcome.scene.campaign.profilers)
+        .into_iter()
+        .zip(d)
+        .enumerate();
     let differences = all.map(|(k, (name, value))| {
         let (difference, unit) = readable(value, unit(k));
         let in_reference_sigmas = value / by_joint.covariance[(k, k)].sqrt();
-        ParameterDifference { name, unit: unit.to_owned(), difference, in_reference_sigmas }
+        ParameterDifference {
+            name,
+            unit: unit.to_owned(),
+            difference,
+            in_reference_sigmas,
+        }
     });
     Some(ParameterComparison {
         reference: "joint".to_owned(),
@@ -338,7 +439,13 @@ fn comparison(outcome: &RailOutcome) -> Option<ParameterComparison> {
 
 /// Mountings of each path that has some.
 fn paths(outcome: &RailOutcome) -> Vec<(&'static str, Vec<Mounting>)> {
-    let nominal = outcome.scene.campaign.profilers.iter().map(|p| p.nominal).collect();
+    let nominal = outcome
+        .scene
+        .campaign
+        .profilers
+        .iter()
+        .map(|p| p.nominal)
+        .collect();
     let mut all = vec![("nominal", nominal)];
     if let Some(found) = usable_reference(outcome) {
         all.push(("reference", found.iter().map(|r| r.mounting).collect()));
@@ -367,9 +474,15 @@ fn stand(scene: &RailScene, position: usize) -> Turned {
 }
 
 /// A point in the cross-section with its signed distance from the nearest element, metres.
-fn placed(scene: &RailScene, stand: &Turned, mountings: &[Mounting], row: usize) -> Option<(Vector2<f64>, f64)> {
+fn placed(
+    scene: &RailScene,
+    stand: &Turned,
+    mountings: &[Mounting],
+    row: usize,
+) -> Option<(Vector2<f64>, f64)> {
     let mounting = &mountings[scene.campaign.points.profiler[row] as usize];
-    let q = stand.section(&(mounting.rotation * scene.campaign.points.point(row) + mounting.lever_arm_m));
+    let q = stand
+        .section(&(mounting.rotation * scene.campaign.points.point(row) + mounting.lever_arm_m));
     let near = scene.rail.nearest(&q)?;
     let signed = scene.rail.elements[near.element].extended(&q).distance_m;
     Some((q, near.distance_m.copysign(signed)))
@@ -378,20 +491,34 @@ fn placed(scene: &RailScene, stand: &Turned, mountings: &[Mounting], row: usize)
 /// RMS distance of the used points (of all points without a joint solution) under these mountings, as known before otherwise.
 fn rms(outcome: &RailOutcome, mountings: &[Mounting]) -> f64 {
     let scene = &outcome.scene;
-    let stands: Vec<Turned> = (0..scene.positions.len()).map(|k| stand(scene, k)).collect();
+    let stands: Vec<Turned> = (0..scene.positions.len())
+        .map(|k| stand(scene, k))
+        .collect();
     let rows: Vec<(u32, u32)> = match usable_joint(outcome) {
         Some(found) => found.ties.iter().map(|t| (t.row, t.position)).collect(),
         None => scene.points.iter().map(|p| (p.row, p.position)).collect(),
     };
-    let distance = |&(row, position): &(u32, u32)| placed(scene, &stands[position as usize], mountings, row as usize);
-    let squares: Vec<f64> = rows.iter().filter_map(distance).map(|(_, d)| d.abs().min(NEAR_M).powi(2)).collect();
+    let distance = |&(row, position): &(u32, u32)| {
+        placed(scene, &stands[position as usize], mountings, row as usize)
+    };
+    let squares: Vec<f64> = rows
+        .iter()
+        .filter_map(distance)
+        .map(|(_, d)| d.abs().min(NEAR_M).powi(2))
+        .collect();
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
 /// Samples for the pictures; `truth` are true corrections in the parameters' order, radians and metres.
 #[must_use]
 pub fn samples(outcome: &RailOutcome, title: &str, truth: Option<Vec<f64>>) -> RailSamples {
-    let shown = |values: Vec<f64>| values.iter().enumerate().map(|(k, v)| readable(*v, unit(k)).0).collect();
+    let shown = |values: Vec<f64>| {
+        values
+            .iter()
+            .enumerate()
+            .map(|(k, v)| readable(*v, unit(k)).0)
+            .collect()
+    };
     RailSamples {
         title: title.to_owned(),
         outline_mm: outline(&outcome.scene),
@@ -415,7 +542,11 @@ fn outline(scene: &RailScene) -> Vec<Outline> {
     all.map(|(k, e)| Outline {
         name: scene.rail.names[k].clone(),
         region: region(k).to_owned(),
-        points: e.samples(DRAWN_M).iter().map(|p| [micrometres(p.x), micrometres(p.y)]).collect(),
+        points: e
+            .samples(DRAWN_M)
+            .iter()
+            .map(|p| [micrometres(p.x), micrometres(p.y)])
+            .collect(),
     })
     .collect()
 }
@@ -429,22 +560,41 @@ fn profiles(outcome: &RailOutcome) -> Vec<ProfileSample> {
     let scene = &outcome.scene;
     let level = scene.level_position();
     let at = stand(scene, level);
-    let rows: Vec<usize> = scene.points.iter().filter(|p| p.position as usize == level).map(|p| p.row as usize).collect();
+    let rows: Vec<usize> = scene
+        .points
+        .iter()
+        .filter(|p| p.position as usize == level)
+        .map(|p| p.row as usize)
+        .collect();
     let mut all = vec![];
     for (path, mountings) in paths(outcome) {
         for profiler in 0..mountings.len() as u32 {
-            let own: Vec<usize> = rows.iter().copied().filter(|&r| scene.campaign.points.profiler[r] == profiler).collect();
+            let own: Vec<usize> = rows
+                .iter()
+                .copied()
+                .filter(|&r| scene.campaign.points.profiler[r] == profiler)
+                .collect();
             let step = own.len().div_ceil(SHOWN).max(1);
             let place = |&row: &usize| placed(scene, &at, &mountings, row);
-            let points = own.iter().step_by(step).filter_map(place).map(|(q, d)| [q.x, q.y, d].map(micrometres));
-            all.push(ProfileSample { profiler, path: path.to_owned(), points: points.collect() });
+            let points = own
+                .iter()
+                .step_by(step)
+                .filter_map(place)
+                .map(|(q, d)| [q.x, q.y, d].map(micrometres));
+            all.push(ProfileSample {
+                profiler,
+                path: path.to_owned(),
+                points: points.collect(),
+            });
         }
     }
     all
 }
 
 fn residuals(outcome: &RailOutcome) -> Vec<ResidualSample> {
-    let Some(found) = usable_joint(outcome) else { return vec![] };
+    let Some(found) = usable_joint(outcome) else {
+        return vec![];
+    };
     let (scene, x) = (&outcome.scene, &found.solution.estimate.parameters);
     let states = found.solution.estimate.chain.as_ref();
     let step = found.ties.len().div_ceil(RESIDUALS).max(1);
@@ -453,8 +603,11 @@ fn residuals(outcome: &RailOutcome) -> Vec<ResidualSample> {
         let at = Turned::at(scene, &found.blocks, x, states, t.position as usize);
         let profiler = scene.campaign.points.profiler[t.row as usize];
         let m = &found.mountings[profiler as usize];
-        let q = at.section(&(m.rotation * scene.campaign.points.point(t.row as usize) + m.lever_arm_m));
-        let off = scene.rail.elements[usize::from(t.element)].extended(&q).distance_m;
+        let q =
+            at.section(&(m.rotation * scene.campaign.points.point(t.row as usize) + m.lever_arm_m));
+        let off = scene.rail.elements[usize::from(t.element)]
+            .extended(&q)
+            .distance_m;
         ResidualSample {
             profiler,
             element: u32::from(t.element),

@@ -39,14 +39,22 @@ pub fn correction(mounting: &Mounting, nominal: &Mounting) -> [f64; SOUGHT] {
 
 /// Corrections of all profilers in one list.
 #[must_use]
-pub fn corrections<'m>(mountings: impl Iterator<Item = &'m Mounting>, profilers: &[Profiler]) -> Vec<f64> {
-    mountings.zip(profilers).flat_map(|(m, p)| correction(m, &p.nominal)).collect()
+pub fn corrections<'m>(
+    mountings: impl Iterator<Item = &'m Mounting>,
+    profilers: &[Profiler],
+) -> Vec<f64> {
+    mountings
+        .zip(profilers)
+        .flat_map(|(m, p)| correction(m, &p.nominal))
+        .collect()
 }
 
 /// Names of all parameters in the order of [`corrections`].
 #[must_use]
 pub fn names(profilers: &[Profiler]) -> Vec<String> {
-    let all = profilers.iter().flat_map(|p| SOUGHT_NAMES.map(|n| format!("{} {n}", p.name)));
+    let all = profilers
+        .iter()
+        .flat_map(|p| SOUGHT_NAMES.map(|n| format!("{} {n}", p.name)));
     all.collect()
 }
 
@@ -60,7 +68,10 @@ pub fn trial(
     sources: &RailSources,
     seed: u64,
 ) -> Result<RailTrial, RailScenarioError> {
-    let scenario = RailScenario { sources: sources.clone(), ..scenario.clone() };
+    let scenario = RailScenario {
+        sources: sources.clone(),
+        ..scenario.clone()
+    };
     let simulated = simulate(&scenario, rail, seed)?;
     let profilers = &simulated.campaign.profilers;
     let (reference, joint) = (RailReferenceConfig::default(), RailJointConfig::default());
@@ -71,14 +82,26 @@ pub fn trial(
         reference: &reference,
         joint: &joint,
     });
-    let usable = outcome.joint.as_ref().and_then(|j| j.as_ref().ok()).filter(|_| outcome.refusal.is_none());
+    let usable = outcome
+        .joint
+        .as_ref()
+        .and_then(|j| j.as_ref().ok())
+        .filter(|_| outcome.refusal.is_none());
     let by_reference = outcome.reference.as_ref().and_then(|r| r.as_ref().ok());
     Ok(RailTrial {
         names: names(profilers),
-        units: profilers.iter().flat_map(|_| ["rad", "rad", "rad", "m", "m"]).collect(),
+        units: profilers
+            .iter()
+            .flat_map(|_| ["rad", "rad", "rad", "m", "m"])
+            .collect(),
         truth: corrections(simulated.reality.mountings.iter(), profilers),
         reference: by_reference.map(|all| corrections(all.iter().map(|r| &r.mounting), profilers)),
-        joint: usable.map(|j| (corrections(j.mountings.iter(), profilers), j.covariance.clone())),
+        joint: usable.map(|j| {
+            (
+                corrections(j.mountings.iter(), profilers),
+                j.covariance.clone(),
+            )
+        }),
         variance_factor: usable.map(|j| j.quality.global.variance_factor),
         refusal: outcome.refusal.as_ref().map(ToString::to_string),
     })

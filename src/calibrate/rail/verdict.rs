@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::config::RailJointConfig;
+use super::config::{RailJointConfig, RailReferenceConfig};
 use super::joint::RailJoint;
 use super::model::{SOUGHT, SOUGHT_NAMES};
 use super::scene::RailScene;
@@ -54,7 +54,12 @@ pub enum RailRefusal {
 impl fmt::Display for RailRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotTurned { axis, angle, found_deg, needed_deg } => write!(
+            Self::NotTurned {
+                axis,
+                angle,
+                found_deg,
+                needed_deg,
+            } => write!(
                 f,
                 "the sign of every profiler's {angle} is not determined: the table turned by {found_deg:.2} deg about {axis}, at least {needed_deg:.2} deg are needed"
             ),
@@ -79,7 +84,10 @@ impl fmt::Display for RailRefusal {
 pub fn before(scene: &RailScene, config: &RailJointConfig) -> Vec<RailRefusal> {
     let (heading, pitch) = scene.turned_rad();
     let needed_deg = config.least_turn_deg;
-    let axes = [("the vertical", "yaw", heading), ("the lateral axis", "pitch", pitch)];
+    let axes = [
+        ("the vertical", "yaw", heading),
+        ("the lateral axis", "pitch", pitch),
+    ];
     let short = axes.into_iter().filter(|a| a.2.to_degrees() < needed_deg);
     short
         .map(|(axis, angle, range)| RailRefusal::NotTurned {
@@ -100,7 +108,11 @@ pub fn after(
 ) -> Option<RailRefusal> {
     let joint = match joint {
         Ok(joint) => joint,
-        Err(error) => return Some(RailRefusal::NotSolved { how: error.to_string() }),
+        Err(error) => {
+            return Some(RailRefusal::NotSolved {
+                how: error.to_string(),
+            });
+        }
     };
     let unseen = not_seen(scene, joint);
     unseen
@@ -110,13 +122,85 @@ pub fn after(
         .or_else(|| absurd(joint))
 }
 
+/// What a survey will determine, by one round of the adjustment from the coarse fit; its result is not shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preview {
+    /// Points of each profiler on the rail after the coarse fit.
+    pub near: Vec<usize>,
+    /// Expected standard deviation of pitch, roll, yaw (degrees), lx, lz (millimetres) of each profiler; `None` where there is none.
+    pub expected: Vec<Option<f64>>,
+    /// What cannot be determined; empty when everything can.
+    pub words: Vec<String>,
+}
+
+/// Looks at a survey without solving it.
+#[must_use]
+pub fn preview(
+    scene: &RailScene,
+    config: &RailJointConfig,
+    reference: &RailReferenceConfig,
+) -> Preview {
+    let profilers = scene.campaign.profilers.len();
+    let first = RailJointConfig {
+        max_rounds: 1,
+        ..config.clone()
+    };
+    let joint = super::run::start(scene, reference).map_or_else(
+        |error| {
+            Err(AdjustError::Driver {
+                message: error.to_string(),
+            })
+        },
+        |start| super::joint::joint(scene, &first, &start),
+    );
+    let near = |p: usize| {
+        let of = |t: &&super::conditions::Tie| {
+            scene.campaign.points.profiler[t.row as usize] as usize == p
+        };
+        joint
+            .as_ref()
+            .map_or(0, |j| j.ties.iter().filter(of).count())
+    };
+    let sigma = |column: usize| {
+        let sigma = joint.as_ref().ok()?.covariance[(column, column)]
+            .max(0.0)
+            .sqrt();
+        let shown = if column % SOUGHT < 3 {
+            sigma.to_degrees()
+        } else {
+            sigma * 1e3
+        };
+        (shown < 1e3).then_some(shown)
+    };
+    let mut words: Vec<String> = before(scene, config)
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    let refusal = match &joint {
+        Ok(joint) => not_seen(scene, joint).or_else(|| undetermined(scene, config, joint)),
+        Err(error) => Some(RailRefusal::NotSolved {
+            how: error.to_string(),
+        }),
+    };
+    words.extend(refusal.iter().map(ToString::to_string));
+    Preview {
+        near: (0..profilers).map(near).collect(),
+        expected: (0..SOUGHT * profilers).map(sigma).collect(),
+        words,
+    }
+}
+
 fn not_seen(scene: &RailScene, joint: &RailJoint) -> Option<RailRefusal> {
     let profilers = scene.campaign.profilers.iter().enumerate();
     let count = |p: usize| {
-        let of = |t: &&super::conditions::Tie| scene.campaign.points.profiler[t.row as usize] as usize == p;
+        let of = |t: &&super::conditions::Tie| {
+            scene.campaign.points.profiler[t.row as usize] as usize == p
+        };
         joint.ties.iter().filter(of).count()
     };
-    let mut few = profilers.map(|(p, profiler)| (profiler, count(p))).filter(|(_, n)| *n < LEAST_TIES);
+    let mut few = profilers
+        .map(|(p, profiler)| (profiler, count(p)))
+        .filter(|(_, n)| *n < LEAST_TIES);
     few.next().map(|(profiler, points)| RailRefusal::NotSeen {
         profiler: profiler.name.clone(),
         points,
@@ -124,11 +208,18 @@ fn not_seen(scene: &RailScene, joint: &RailJoint) -> Option<RailRefusal> {
 }
 
 /// Parameters sought whose standard deviation exceeds its limit.
-fn undetermined(scene: &RailScene, config: &RailJointConfig, joint: &RailJoint) -> Option<RailRefusal> {
+fn undetermined(
+    scene: &RailScene,
+    config: &RailJointConfig,
+    joint: &RailJoint,
+) -> Option<RailRefusal> {
     let singular = matches!(joint.solution.status, Status::RankDeficient { .. });
     let mut parameters = vec![];
     for column in 0..joint.blocks.sought() {
-        let (profiler, part) = (&scene.campaign.profilers[column / SOUGHT].name, column % SOUGHT);
+        let (profiler, part) = (
+            &scene.campaign.profilers[column / SOUGHT].name,
+            column % SOUGHT,
+        );
         let sigma = joint.covariance[(column, column)].max(0.0).sqrt();
         let (shown, limit, unit) = if part < 3 {
             (sigma.to_degrees(), config.max_sigma_deg, "deg")
@@ -137,8 +228,14 @@ fn undetermined(scene: &RailScene, config: &RailJointConfig, joint: &RailJoint) 
         };
         if !(shown <= limit) {
             let name = SOUGHT_NAMES[part];
-            let shown = if shown < 1e3 { format!("sigma {shown:.3} {unit}") } else { "no information".to_owned() };
-            parameters.push(format!("{name} of {profiler} ({shown}, limit {limit} {unit})"));
+            let shown = if shown < 1e3 {
+                format!("sigma {shown:.3} {unit}")
+            } else {
+                "no information".to_owned()
+            };
+            parameters.push(format!(
+                "{name} of {profiler} ({shown}, limit {limit} {unit})"
+            ));
         }
     }
     (singular || !parameters.is_empty()).then_some(RailRefusal::Undetermined { parameters })
@@ -152,10 +249,13 @@ fn not_solved(joint: &RailJoint) -> Option<RailRefusal> {
         Status::RankDeficient { .. } => "the data leave directions undetermined",
         Status::OutOfIterations => "the iterations were used up",
     };
-    Some(RailRefusal::NotSolved { how: how.to_owned() })
+    Some(RailRefusal::NotSolved {
+        how: how.to_owned(),
+    })
 }
 
 fn absurd(joint: &RailJoint) -> Option<RailRefusal> {
     let variance_factor = joint.quality.global.variance_factor;
-    (!(variance_factor <= ABSURD_VARIANCE_FACTOR)).then_some(RailRefusal::AbsurdMisfit { variance_factor })
+    (!(variance_factor <= ABSURD_VARIANCE_FACTOR))
+        .then_some(RailRefusal::AbsurdMisfit { variance_factor })
 }

@@ -34,7 +34,10 @@ impl Body {
 
     /// Distance along a ray in the rail frame to the nearest hit, metres. The rail is endless along y, so that only x and z count.
     pub(super) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
-        let (o, d) = (Vector2::new(origin.x, origin.z), Vector2::new(direction.x, direction.z));
+        let (o, d) = (
+            Vector2::new(origin.x, origin.z),
+            Vector2::new(direction.x, direction.z),
+        );
         let hits = self.pieces.iter().filter_map(|piece| piece.hit(&o, &d));
         hits.min_by(f64::total_cmp)
     }
@@ -45,9 +48,18 @@ fn piece(element: &Element, offset: f64) -> Piece {
         Element::Line { from, to } => {
             let d = (to - from).normalize();
             let shift = Vector2::new(-d.y, d.x) * offset;
-            Piece::Straight { from: from + shift, to: to + shift }
+            Piece::Straight {
+                from: from + shift,
+                to: to + shift,
+            }
         }
-        Element::Arc { centre, radius_m, convex, from, to } => {
+        Element::Arc {
+            centre,
+            radius_m,
+            convex,
+            from,
+            to,
+        } => {
             let middle = (0.5 * (from + to) - centre).normalize();
             let sign = if convex { 1.0 } else { -1.0 };
             Piece::Round {
@@ -71,9 +83,18 @@ impl Piece {
                 let part = (w.x * d.y - w.y * d.x) / determinant;
                 (t > 0.0 && (0.0..=1.0).contains(&part)).then_some(t)
             }
-            Self::Round { centre, radius, middle, cosine } => {
+            Self::Round {
+                centre,
+                radius,
+                middle,
+                cosine,
+            } => {
                 let w = o - centre;
-                let (a, b, c) = (d.norm_squared(), w.dot(d), w.norm_squared() - radius * radius);
+                let (a, b, c) = (
+                    d.norm_squared(),
+                    w.dot(d),
+                    w.norm_squared() - radius * radius,
+                );
                 let root = (b * b - a * c).sqrt();
                 let on = |t: &f64| *t > 0.0 && middle.dot(&((w + *t * d) / *radius)) >= *cosine;
                 [(-b - root) / a, (-b + root) / a].into_iter().find(on)
@@ -97,7 +118,9 @@ mod tests {
         for k in 0..2000 {
             let angle = -1.5 + f64::from(k) * 8e-4;
             let direction = Vector3::new(angle.sin(), 0.1, -angle.cos()).normalize();
-            let Some(range) = body.hit(&origin, &direction) else { continue };
+            let Some(range) = body.hit(&origin, &direction) else {
+                continue;
+            };
             let place = |t: f64| {
                 let p = origin + t * direction;
                 rail.nearest(&Vector2::new(p.x, p.z)).expect("near")

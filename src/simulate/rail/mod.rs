@@ -162,9 +162,12 @@ fn attitude(
         scenario.attitude.heading_sigma_deg.to_radians(),
     );
     let mut record = AttitudeRecord::default();
-    let count = (scenario.table.rest_s * scenario.attitude.rate_hz).floor().max(1.0) as usize;
+    let count = (scenario.table.rest_s * scenario.attitude.rate_hz)
+        .floor()
+        .max(1.0) as usize;
     for position in 0..table.len() {
-        let (roll, pitch, heading) = rotation::to_attitude(&body_attitude(reality, table, position));
+        let (roll, pitch, heading) =
+            rotation::to_attitude(&body_attitude(reality, table, position));
         for k in 0..count {
             let rest = table.to_s[position] - table.from_s[position];
             let part = (k as f64 + 0.5) / count as f64;
@@ -198,7 +201,11 @@ fn points(
             for k in 0..section.profiles {
                 let part = (f64::from(k) + 0.5) / f64::from(section.profiles);
                 let time_s = table.from_s[position] + part * scenario.table.rest_s;
-                shots.push(Shot { position, profiler, time_s });
+                shots.push(Shot {
+                    position,
+                    profiler,
+                    time_s,
+                });
             }
         }
     }
@@ -231,12 +238,18 @@ fn profile(
 ) -> Vec<Vector2<f64>> {
     let section = &scenario.profiler[shot.profiler];
     let mounting = &reality.mountings[shot.profiler];
-    let rail_from_body = reality.rail_rotation.transpose() * body_attitude(reality, table, shot.position);
+    let rail_from_body =
+        reality.rail_rotation.transpose() * body_attitude(reality, table, shot.position);
     let arm = rail_from_body * (mounting.lever_arm_m - reality.pivot_body_m);
     let origin = arm + Vector3::new(reality.pivot_rail_m.x, 0.0, reality.pivot_rail_m.y);
     let rail_from_profiler = rail_from_body * mounting.rotation;
-    let mut draws = [RailSource::Lateral, RailSource::Vertical, RailSource::Dust, RailSource::Occlusion]
-        .map(|source| Draws::new(seed, source, &scenario.sources));
+    let mut draws = [
+        RailSource::Lateral,
+        RailSource::Vertical,
+        RailSource::Dust,
+        RailSource::Occlusion,
+    ]
+    .map(|source| Draws::new(seed, source, &scenario.sources));
     draws.iter_mut().for_each(|d| d.seek(row));
     let [lateral, vertical, dust, occlusion] = &mut draws;
     let d = &scenario.disturbance;
@@ -246,9 +259,17 @@ fn profile(
         let part = (f64::from(k) + 0.5) / f64::from(section.rays);
         let angle = (part - 0.5) * section.field_deg.to_radians();
         let direction = Vector3::new(angle.sin(), 0.0, -angle.cos());
-        let noise = Vector2::new(lateral.normal(section.lateral_sigma_m), vertical.normal(section.vertical_sigma_m));
-        let (dusty, depth) = (dust.happens(d.dust_fraction), dust.uniform() * d.dust_depth_m);
-        let Some(range) = body.hit(&origin, &(rail_from_profiler * direction)) else { continue };
+        let noise = Vector2::new(
+            lateral.normal(section.lateral_sigma_m),
+            vertical.normal(section.vertical_sigma_m),
+        );
+        let (dusty, depth) = (
+            dust.happens(d.dust_fraction),
+            dust.uniform() * d.dust_depth_m,
+        );
+        let Some(range) = body.hit(&origin, &(rail_from_profiler * direction)) else {
+            continue;
+        };
         if part >= hidden.0 && part < hidden.1 {
             continue;
         }

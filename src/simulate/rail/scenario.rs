@@ -179,8 +179,12 @@ impl RailScenario {
     /// Turns of the table in order, degrees: (about the vertical, about the lateral axis).
     #[must_use]
     pub fn positions_deg(&self) -> Vec<(f64, f64)> {
-        let heading = steps(self.table.heading_sweep_deg).into_iter().map(|h| (h, 0.0));
-        let pitch = steps(self.table.pitch_sweep_deg).into_iter().map(|p| (0.0, p));
+        let heading = steps(self.table.heading_sweep_deg)
+            .into_iter()
+            .map(|h| (h, 0.0));
+        let pitch = steps(self.table.pitch_sweep_deg)
+            .into_iter()
+            .map(|p| (0.0, p));
         heading.chain(pitch).collect()
     }
 
@@ -194,27 +198,54 @@ impl RailScenario {
             }
         };
         let small = 1e-12;
-        expect("attitude.roll_pitch_sigma_deg", self.attitude.roll_pitch_sigma_deg, small, 10.0);
-        expect("attitude.heading_sigma_deg", self.attitude.heading_sigma_deg, small, 10.0);
+        expect(
+            "attitude.roll_pitch_sigma_deg",
+            self.attitude.roll_pitch_sigma_deg,
+            small,
+            10.0,
+        );
+        expect(
+            "attitude.heading_sigma_deg",
+            self.attitude.heading_sigma_deg,
+            small,
+            10.0,
+        );
         expect("attitude.rate_hz", self.attitude.rate_hz, 0.01, 1e4);
         for (k, sigma) in self.rail.orientation_sigma_deg.iter().enumerate() {
-            expect(&format!("rail.orientation_sigma_deg[{k}]"), *sigma, small, 10.0);
+            expect(
+                &format!("rail.orientation_sigma_deg[{k}]"),
+                *sigma,
+                small,
+                10.0,
+            );
         }
         expect("rail.profile_sigma_m", self.rail.profile_sigma_m, 0.0, 0.01);
         let t = &self.table;
-        for (key, sigma) in [("angle", t.angle_sigma_deg), ("level", t.level_sigma_deg), ("zero", t.zero_sigma_deg), ("seating", t.seating_sigma_deg)] {
+        for (key, sigma) in [
+            ("angle", t.angle_sigma_deg),
+            ("level", t.level_sigma_deg),
+            ("zero", t.zero_sigma_deg),
+            ("seating", t.seating_sigma_deg),
+        ] {
             expect(&format!("table.{key}_sigma_deg"), sigma, small, 10.0);
         }
         expect("table.pivot_body_sigma_m", t.pivot_body_sigma_m, small, 1.0);
         expect("table.pivot_rail_sigma_m", t.pivot_rail_sigma_m, small, 1.0);
         expect("table.rest_s", t.rest_s, 1e-3, 1e5);
-        for (key, [from, to, step]) in [("heading", t.heading_sweep_deg), ("pitch", t.pitch_sweep_deg)] {
+        for (key, [from, to, step]) in [
+            ("heading", t.heading_sweep_deg),
+            ("pitch", t.pitch_sweep_deg),
+        ] {
             expect(&format!("table.{key}_sweep_deg[0]"), from, -45.0, 45.0);
             expect(&format!("table.{key}_sweep_deg[1]"), to, from, 45.0);
             expect(&format!("table.{key}_sweep_deg[2]"), step, 1e-3, 90.0);
         }
         let d = &self.disturbance;
-        for (key, part) in [("dust_fraction", d.dust_fraction), ("occlusion_fraction", d.occlusion_fraction), ("occlusion_width", d.occlusion_width)] {
+        for (key, part) in [
+            ("dust_fraction", d.dust_fraction),
+            ("occlusion_fraction", d.occlusion_fraction),
+            ("occlusion_width", d.occlusion_width),
+        ] {
             expect(&format!("disturbance.{key}"), part, 0.0, 1.0);
         }
         expect("disturbance.dust_depth_m", d.dust_depth_m, 0.0, 1.0);
@@ -231,7 +262,10 @@ impl RailScenario {
             faults.push("profiler: found none, expected at least one [[profiler]]".to_owned());
         }
         if self.procedure != "rail" {
-            faults.push(format!("procedure: found \"{}\", expected \"rail\"", self.procedure));
+            faults.push(format!(
+                "procedure: found \"{}\", expected \"rail\"",
+                self.procedure
+            ));
         }
         faults
     }

@@ -52,13 +52,41 @@ impl RailSource {
         (Self::Table, "table angles", "normal, per position and axis"),
         (Self::Level, "table level and zero", "normal, once per axis"),
         (Self::Seating, "seat of the beam", "normal, once per axis"),
-        (Self::PivotBody, "centre of rotation in the body", "normal, once per axis"),
-        (Self::PivotRail, "centre of rotation at the rail", "normal, once per axis"),
-        (Self::RailAttitude, "orientation of the rail", "normal, once per axis"),
-        (Self::Profile, "rail off its profile", "normal, once per element"),
-        (Self::Along, "lever arm along the rail", "normal, once per profiler"),
-        (Self::Dust, "dust", "a fraction of the points, uniform before the rail"),
-        (Self::Occlusion, "occlusion", "a fraction of the profiles lose a run of rays"),
+        (
+            Self::PivotBody,
+            "centre of rotation in the body",
+            "normal, once per axis",
+        ),
+        (
+            Self::PivotRail,
+            "centre of rotation at the rail",
+            "normal, once per axis",
+        ),
+        (
+            Self::RailAttitude,
+            "orientation of the rail",
+            "normal, once per axis",
+        ),
+        (
+            Self::Profile,
+            "rail off its profile",
+            "normal, once per element",
+        ),
+        (
+            Self::Along,
+            "lever arm along the rail",
+            "normal, once per profiler",
+        ),
+        (
+            Self::Dust,
+            "dust",
+            "a fraction of the points, uniform before the rail",
+        ),
+        (
+            Self::Occlusion,
+            "occlusion",
+            "a fraction of the profiles lose a run of rays",
+        ),
     ];
 }
 
@@ -77,7 +105,9 @@ impl RailSources {
     /// Only these sources act, as the scenario says.
     #[must_use]
     pub fn only(sources: &[RailSource]) -> Self {
-        sources.iter().fold(Self::none(), |all, &s| all.with(s, 1.0))
+        sources
+            .iter()
+            .fold(Self::none(), |all, &s| all.with(s, 1.0))
     }
 
     /// The same with one factor changed.
@@ -95,8 +125,12 @@ impl RailSources {
 
     /// Factors that cannot be, in words.
     pub(super) fn faults(&self) -> Vec<String> {
-        let bad = self.0.iter().filter(|(_, f)| !(f.is_finite() && **f >= 0.0));
-        bad.map(|(s, f)| format!("sources.{s:?}: found {f}, expected a number from 0")).collect()
+        let bad = self
+            .0
+            .iter()
+            .filter(|(_, f)| !(f.is_finite() && **f >= 0.0));
+        bad.map(|(s, f)| format!("sources.{s:?}: found {f}, expected a number from 0"))
+            .collect()
     }
 }
 

@@ -51,8 +51,15 @@ impl RailReality {
             sigma.map(|s| d.normal(s))
         };
         let t = &scenario.table;
-        let (level, zero, seat) = (t.level_sigma_deg.to_radians(), t.zero_sigma_deg.to_radians(), t.seating_sigma_deg.to_radians());
-        let rail_error = three(RailSource::RailAttitude, Vector3::from(scenario.rail.orientation_sigma_deg).map(f64::to_radians));
+        let (level, zero, seat) = (
+            t.level_sigma_deg.to_radians(),
+            t.zero_sigma_deg.to_radians(),
+            t.seating_sigma_deg.to_radians(),
+        );
+        let rail_error = three(
+            RailSource::RailAttitude,
+            Vector3::from(scenario.rail.orientation_sigma_deg).map(f64::to_radians),
+        );
         let pivot_rail = three(RailSource::PivotRail, Vector3::repeat(t.pivot_rail_sigma_m));
         let mut table = draws(RailSource::Table);
         let mut profile = draws(RailSource::Profile);
@@ -63,11 +70,20 @@ impl RailReality {
             level_rad: three(RailSource::Level, Vector3::new(level, level, zero)),
             rail_heading_zero: rotation::exp(&heading),
             seating_rad: three(RailSource::Seating, Vector3::repeat(seat)),
-            table_error_rad: scenario.positions_deg().iter().map(|_| [table.normal(sigma), table.normal(sigma)]).collect(),
-            pivot_body_m: Vector3::from(t.pivot_body_m) + three(RailSource::PivotBody, Vector3::repeat(t.pivot_body_sigma_m)),
+            table_error_rad: scenario
+                .positions_deg()
+                .iter()
+                .map(|_| [table.normal(sigma), table.normal(sigma)])
+                .collect(),
+            pivot_body_m: Vector3::from(t.pivot_body_m)
+                + three(RailSource::PivotBody, Vector3::repeat(t.pivot_body_sigma_m)),
             pivot_rail_m: Vector2::from(t.pivot_rail_m) + pivot_rail.xy(),
             rail_rotation: rotation::exp(&rail_error) * attitude(&scenario.rail.orientation_deg),
-            profile_m: rail.elements.iter().map(|_| profile.normal(scenario.rail.profile_sigma_m)).collect(),
+            profile_m: rail
+                .elements
+                .iter()
+                .map(|_| profile.normal(scenario.rail.profile_sigma_m))
+                .collect(),
         }
     }
 }
@@ -114,16 +130,25 @@ impl RailTruth {
         let pairs = reality.mountings.iter().zip(profilers);
         let profilers = pairs.map(|(mounting, profiler)| {
             let r = mounting.rotation;
-            let turn = mounting.correction_from(&profiler.nominal).map(f64::to_degrees);
+            let turn = mounting
+                .correction_from(&profiler.nominal)
+                .map(f64::to_degrees);
             ProfilerTruth {
                 name: profiler.name.clone(),
                 rotation_matrix: [0, 1, 2].map(|i| [0, 1, 2].map(|j| r[(i, j)])),
                 lever_arm_m: mounting.lever_arm_m.into(),
-                correction_deg: Turn { pitch: turn.x, roll: turn.y, yaw: turn.z },
-                lever_arm_correction_m: (mounting.lever_arm_m - profiler.nominal.lever_arm_m).into(),
+                correction_deg: Turn {
+                    pitch: turn.x,
+                    roll: turn.y,
+                    yaw: turn.z,
+                },
+                lever_arm_correction_m: (mounting.lever_arm_m - profiler.nominal.lever_arm_m)
+                    .into(),
             }
         });
-        Self { profilers: profilers.collect() }
+        Self {
+            profilers: profilers.collect(),
+        }
     }
 }
 

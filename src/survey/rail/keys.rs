@@ -59,23 +59,51 @@ const PROFILER: &[Key] = &[
 ];
 
 const REFERENCE: &[Key] = &[
-    optional("spacing_m", Kind::Number(limits(1e-6, 0.01, "metres from 1e-6 to 0.01"))),
+    optional(
+        "spacing_m",
+        Kind::Number(limits(1e-6, 0.01, "metres from 1e-6 to 0.01")),
+    ),
     optional("max_steps", Kind::Count(COUNT)),
-    optional("region_m", Kind::Number(limits(1e-6, 0.1, "metres from 1e-6 to 0.1"))),
-    optional("axis_tolerance_deg", Kind::Number(limits(1e-6, 10.0, "degrees from 1e-6 to 10"))),
+    optional(
+        "region_m",
+        Kind::Number(limits(1e-6, 0.1, "metres from 1e-6 to 0.1")),
+    ),
+    optional(
+        "axis_tolerance_deg",
+        Kind::Number(limits(1e-6, 10.0, "degrees from 1e-6 to 10")),
+    ),
 ];
 
 const JOINT: &[Key] = &[
-    optional("kernel", Kind::OneOf(&["least-squares", "huber", "cauchy", "tukey", "geman-mcclure"])),
-    optional("kernel_width_sigma", Kind::Number(limits(0.5, 1000.0, "sigmas from 0.5 to 1000"))),
+    optional(
+        "kernel",
+        Kind::OneOf(&["least-squares", "huber", "cauchy", "tukey", "geman-mcclure"]),
+    ),
+    optional(
+        "kernel_width_sigma",
+        Kind::Number(limits(0.5, 1000.0, "sigmas from 0.5 to 1000")),
+    ),
     optional(
         "gate_sigma",
-        Kind::Number(limits(4.0, 1000.0, "sigmas from 4 (a narrower gate falsifies the uncertainty) to 1000")),
+        Kind::Number(limits(
+            4.0,
+            1000.0,
+            "sigmas from 4 (a narrower gate falsifies the uncertainty) to 1000",
+        )),
     ),
     optional("max_rounds", Kind::Count(limits(3.0, 1000.0, "3 to 1000"))),
-    optional("max_sigma_deg", Kind::Number(limits(1e-9, 180.0, "degrees from 1e-9 to 180"))),
-    optional("max_sigma_m", Kind::Number(limits(1e-9, 10.0, "metres from 1e-9 to 10"))),
-    optional("least_turn_deg", Kind::Number(limits(0.0, 90.0, "degrees from 0 to 90"))),
+    optional(
+        "max_sigma_deg",
+        Kind::Number(limits(1e-9, 180.0, "degrees from 1e-9 to 180")),
+    ),
+    optional(
+        "max_sigma_m",
+        Kind::Number(limits(1e-9, 10.0, "metres from 1e-9 to 10")),
+    ),
+    optional(
+        "least_turn_deg",
+        Kind::Number(limits(0.0, 90.0, "degrees from 0 to 90")),
+    ),
 ];
 
 const NAMES: &[&str] = &["rail"];

@@ -34,15 +34,31 @@ pub struct LoadedRail {
 pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let file = parse_survey(path, &read_text(path)?, Some(folder))?;
-    let named = [&file.rail.model, &file.profiles.path, &file.attitude.path, &file.table.path];
+    let named = [
+        &file.rail.model,
+        &file.profiles.path,
+        &file.attitude.path,
+        &file.table.path,
+    ];
     let [model, profiles, attitude, table] = named.map(|name| folder.join(name));
     let mut problems = vec![];
-    let rail = keep(&mut problems, read_text(&model).and_then(|text| parse_model(&model, &text)));
+    let rail = keep(
+        &mut problems,
+        read_text(&model).and_then(|text| parse_model(&model, &text)),
+    );
     let points = rail_csv::read_profiles(&profiles, file.profiler.len());
     let points = keep(&mut problems, points.map_err(SurveyError::from));
-    let record = keep(&mut problems, rail_csv::read_attitude(&attitude).map_err(SurveyError::from));
-    let positions = keep(&mut problems, rail_csv::read_table(&table).map_err(SurveyError::from));
-    let (Some((_, rail)), Some(points), Some(attitude), Some(positions)) = (rail, points, record, positions) else {
+    let record = keep(
+        &mut problems,
+        rail_csv::read_attitude(&attitude).map_err(SurveyError::from),
+    );
+    let positions = keep(
+        &mut problems,
+        rail_csv::read_table(&table).map_err(SurveyError::from),
+    );
+    let (Some((_, rail)), Some(points), Some(attitude), Some(positions)) =
+        (rail, points, record, positions)
+    else {
         return Err(SurveyError { problems });
     };
     let campaign = RailCampaign {
@@ -54,15 +70,26 @@ pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
         table: positions,
     };
     none_of(clock_problems(&campaign, &profiles, &table))?;
-    let mut inputs = vec![digest(path, &path.file_name().unwrap_or_default().to_string_lossy())?];
+    let mut inputs = vec![digest(
+        path,
+        &path.file_name().unwrap_or_default().to_string_lossy(),
+    )?];
     for name in named {
         inputs.push(digest(&folder.join(name), name)?);
     }
-    Ok(LoadedRail { campaign, rail, inputs, file })
+    Ok(LoadedRail {
+        campaign,
+        rail,
+        inputs,
+        file,
+    })
 }
 
 fn digest(path: &Path, name: &str) -> Result<InputFile, SurveyError> {
-    Ok(InputFile { path: name.to_owned(), sha256: sha256(path)? })
+    Ok(InputFile {
+        path: name.to_owned(),
+        sha256: sha256(path)?,
+    })
 }
 
 /// Clocks that never meet: no point while the table rests.
@@ -77,7 +104,10 @@ fn clock_problems(campaign: &RailCampaign, profiles: &Path, table: &Path) -> Vec
     };
     let found = range(times.first(), times.last());
     let rests = range(campaign.table.from_s.first(), campaign.table.to_s.last());
-    let expected = format!("profiles while the table rests ({}: {rests})", table.display());
+    let expected = format!(
+        "profiles while the table rests ({}: {rests})",
+        table.display()
+    );
     vec![Problem::new(profiles, "column time_s", found, expected)]
 }
 
@@ -85,23 +115,41 @@ fn clock_problems(campaign: &RailCampaign, profiles: &Path, table: &Path) -> Vec
 ///
 /// # Errors
 /// [`SurveyError`] with everything that is wrong with it.
-pub fn parse_survey(path: &Path, text: &str, folder: Option<&Path>) -> Result<RailSurveyFile, SurveyError> {
+pub fn parse_survey(
+    path: &Path,
+    text: &str,
+    folder: Option<&Path>,
+) -> Result<RailSurveyFile, SurveyError> {
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
     let mut problems = schema::check(&document, keys::SURVEY);
-    problems.extend(folder.iter().flat_map(|folder| missing_files(&document, folder)));
+    problems.extend(
+        folder
+            .iter()
+            .flat_map(|folder| missing_files(&document, folder)),
+    );
     none_of(problems)?;
     let file: RailSurveyFile = typed(path, text)?;
-    none_of(same_names(&document, file.profiler.iter().map(|p| p.name.as_str())))?;
+    none_of(same_names(
+        &document,
+        file.profiler.iter().map(|p| p.name.as_str()),
+    ))?;
     Ok(file)
 }
 
 /// Profilers of the same name could not be told apart in a result.
-pub(super) fn same_names<'n>(document: &Document<'_>, names: impl Iterator<Item = &'n str>) -> Vec<Problem> {
+pub(super) fn same_names<'n>(
+    document: &Document<'_>,
+    names: impl Iterator<Item = &'n str>,
+) -> Vec<Problem> {
     let mut seen: Vec<&str> = vec![];
     let mut problems = vec![];
     for name in names {
         if seen.contains(&name) {
-            problems.push(document.problem(&["profiler"], format!("two profilers named \"{name}\""), "a name of its own for each"));
+            problems.push(document.problem(
+                &["profiler"],
+                format!("two profilers named \"{name}\""),
+                "a name of its own for each",
+            ));
         }
         seen.push(name);
     }
@@ -109,16 +157,27 @@ pub(super) fn same_names<'n>(document: &Document<'_>, names: impl Iterator<Item 
 }
 
 fn missing_files(document: &Document<'_>, folder: &Path) -> Vec<Problem> {
-    let paths = [["rail", "model"], ["profiles", "path"], ["attitude", "path"], ["table", "path"]];
+    let paths = [
+        ["rail", "model"],
+        ["profiles", "path"],
+        ["attitude", "path"],
+        ["table", "path"],
+    ];
     let missing = |path: &[&str; 2]| {
         let name = document.string(path)?;
         let found = match std::fs::metadata(folder.join(name)) {
             Ok(file) if file.is_dir() => format!("\"{name}\", a folder"),
             Ok(_) => return None,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => format!("\"{name}\", no such file"),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                format!("\"{name}\", no such file")
+            }
             Err(error) => format!("\"{name}\": {error}"),
         };
-        Some(document.problem(path, found, "a readable file, its path relative to the survey file"))
+        Some(document.problem(
+            path,
+            found,
+            "a readable file, its path relative to the survey file",
+        ))
     };
     paths.iter().filter_map(missing).collect()
 }

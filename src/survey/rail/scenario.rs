@@ -38,20 +38,37 @@ pub fn read_scenario(path: &Path) -> Result<RailScenarioFile, SurveyError> {
 ///
 /// # Errors
 /// As [`read_scenario`].
-pub fn parse_scenario(path: &Path, text: &str, folder: &Path) -> Result<RailScenarioFile, SurveyError> {
+pub fn parse_scenario(
+    path: &Path,
+    text: &str,
+    folder: &Path,
+) -> Result<RailScenarioFile, SurveyError> {
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
     none_of(schema::check(&document, keys::SCENARIO))?;
     let mut table: toml::Table = typed(path, text)?;
-    let calibration = ["reference", "joint"].into_iter().filter_map(|key| Some((key.to_owned(), table.remove(key)?)));
+    let calibration = ["reference", "joint"]
+        .into_iter()
+        .filter_map(|key| Some((key.to_owned(), table.remove(key)?)));
     let calibration = calibration.collect();
     let scenario: RailScenario = typed(path, &table.to_string())?;
-    let impossible = |fault: &String| Problem::new(path, "whole file", fault, "values that can be simulated");
+    let impossible =
+        |fault: &String| Problem::new(path, "whole file", fault, "values that can be simulated");
     none_of(scenario.faults().iter().map(impossible).collect())?;
-    none_of(same_names(&document, scenario.profiler.iter().map(|p| p.name.as_str())))?;
+    none_of(same_names(
+        &document,
+        scenario.profiler.iter().map(|p| p.name.as_str()),
+    ))?;
     let (model, rail) = match built_in_model(&scenario.rail.model) {
         Some(model) => {
             let rail = RailProfile::from_model(&model);
-            let rail = rail.map_err(|e| Problem::new(path, "[rail] model", e.to_string(), "a profile that can be built"))?;
+            let rail = rail.map_err(|e| {
+                Problem::new(
+                    path,
+                    "[rail] model",
+                    e.to_string(),
+                    "a profile that can be built",
+                )
+            })?;
             (model, rail)
         }
         None => {
@@ -59,5 +76,10 @@ pub fn parse_scenario(path: &Path, text: &str, folder: &Path) -> Result<RailScen
             parse_model(&place, &read_text(&place)?)?
         }
     };
-    Ok(RailScenarioFile { scenario, model, rail, calibration })
+    Ok(RailScenarioFile {
+        scenario,
+        model,
+        rail,
+        calibration,
+    })
 }

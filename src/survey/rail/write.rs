@@ -22,14 +22,20 @@ const TABLE: &str = "table.csv";
 ///
 /// # Errors
 /// [`FormatError`] of kind `Unwritable`.
-pub fn write_rail(folder: &Path, file: &RailScenarioFile, survey: &SimulatedRail) -> Result<(), FormatError> {
+pub fn write_rail(
+    folder: &Path,
+    file: &RailScenarioFile,
+    survey: &SimulatedRail,
+) -> Result<(), FormatError> {
     let campaign = &survey.campaign;
     rail_csv::write_profiles(&folder.join(PROFILES), &campaign.points)?;
     rail_csv::write_attitude(&folder.join(ATTITUDE), &campaign.attitude)?;
     rail_csv::write_table(&folder.join(TABLE), &campaign.table)?;
     write_toml(&folder.join(MODEL), &file.model)?;
     write_toml(&folder.join(SURVEY_FILE), &SurveyToml::new(file))?;
-    write_whole(&folder.join(TRUTH_FILE), |w| serde_json::to_writer_pretty(w, &survey.truth))
+    write_whole(&folder.join(TRUTH_FILE), |w| {
+        serde_json::to_writer_pretty(w, &survey.truth)
+    })
 }
 
 fn write_toml(path: &Path, value: &impl Serialize) -> Result<(), FormatError> {
@@ -52,7 +58,11 @@ struct SurveyToml<'a> {
 }
 
 fn angles(a: &Angles) -> MountingAngles {
-    MountingAngles { roll: a.roll, pitch: a.pitch, heading: a.heading }
+    MountingAngles {
+        roll: a.roll,
+        pitch: a.pitch,
+        heading: a.heading,
+    }
 }
 
 impl<'a> SurveyToml<'a> {
@@ -67,7 +77,9 @@ impl<'a> SurveyToml<'a> {
                 orientation_sigma_deg: s.rail.orientation_sigma_deg,
                 profile_sigma_m: s.rail.profile_sigma_m,
             },
-            profiles: ProfilesSection { path: PROFILES.to_owned() },
+            profiles: ProfilesSection {
+                path: PROFILES.to_owned(),
+            },
             attitude: AttitudeSection {
                 path: ATTITUDE.to_owned(),
                 roll_pitch_sigma_deg: s.attitude.roll_pitch_sigma_deg,
