@@ -1,17 +1,11 @@
-//! The reference path, as patent CN114162169A has it; what its lost formula images leave open is settled in `docs/rail.md`.
-//!
-//! Each profiler by itself. Coarse: closest points at the position nearest to level. Fine (claims 1 and 4): the angle between the fitted and
-//! the standard 1:20 line and the vector between the fitted and the standard centre of the R20 arc, repeated; roll mounting = turn of the
-//! profile minus the INS' roll (claim 5). Then the table turns: the fine transform is computed anew at each position, and the Hausdorff
-//! distance (claim 6) of the 1:20 points finds the heading, that of the R20 points the pitch: the mounting is minus the INS' angle at the
-//! minimum (claims 7 to 9).
+//! One profiler's fits: coarse, fine, the sweeps, and the compensation.
 
-use nalgebra::{Vector2, Vector3};
-use thiserror::Error;
+use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::config::RailReferenceConfig;
-use super::icp::{self, Cloud, Rigid};
-use super::scene::RailScene;
+use super::{ReferenceError, SweepStep};
+use crate::calibrate::rail::config::RailReferenceConfig;
+use crate::calibrate::rail::icp::{self, Cloud, Rigid};
+use crate::calibrate::rail::scene::{Position, RailScene};
 use crate::geometry::curve::Element;
 use crate::geometry::{fit2d, hausdorff, rotation};
 use crate::observe::Mounting;
@@ -24,160 +18,26 @@ const TRIM: f64 = 3.0;
 /// Fewest points of a region.
 const LEAST: usize = 8;
 /// Fewest positions of a sweep.
-const LEAST_STEPS: usize = 3;
+pub(super) const LEAST_STEPS: usize = 3;
 /// Steps of the coarse fit when it only follows the table.
 const FOLLOWING_STEPS: u32 = 20;
-
-/// Why the reference path has no result for a profiler.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum ReferenceError {
-    /// No points at the position nearest to level.
-    #[error("profiler {profiler}: no points at the position nearest to level")]
-    NoProfile {
-        /// Its name.
-        profiler: String,
-    },
-    /// Too few points of a region, or points that no figure fits.
-    #[error("profiler {profiler}: {region}: {what}")]
-    Region {
-        /// Its name.
-        profiler: String,
-        /// The region's name.
-        region: String,
-        /// What is wrong.
-        what: String,
-    },
-    /// The table did not turn about an axis.
-    #[error(
-        "profiler {profiler}: {found} usable positions turn about {axis} alone, expected at least {LEAST_STEPS}"
-    )]
-    NoSweep {
-        /// Its name.
-        profiler: String,
-        /// `the vertical` or `the lateral axis`.
-        axis: &'static str,
-        /// Positions found.
-        found: usize,
-    },
-}
-
-/// One position of a sweep.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SweepStep {
-    /// Angle of the INS against the rail, radians: heading or pitch.
-    pub turn_rad: f64,
-    /// Hausdorff distance, metres.
-    pub distance_m: f64,
-}
-
-/// What the reference path found for one profiler.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RailReference {
-    /// The mounting.
-    pub mounting: Mounting,
-    /// Turn of the profile by the coarse and by the fine fit, radians.
-    pub roll_rad: (f64, f64),
-    /// Transform of the profile at the position nearest to level.
-    pub fine: Rigid,
-    /// Hausdorff distance of the 1:20 points over the turns about the vertical.
-    pub heading: Vec<SweepStep>,
-    /// Hausdorff distance of the R20 points over the turns about the lateral axis.
-    pub pitch: Vec<SweepStep>,
-    /// RMS distance of the level profile from the standard profile before and after compensation, metres.
-    pub rms_m: (f64, f64),
-}
-
 /// A profiler's profile with the regions of the side that it sees.
-struct Fitter<'a> {
-    scene: &'a RailScene<'a>,
-    config: &'a RailReferenceConfig,
-    cloud: &'a Cloud,
-    profiler: usize,
+pub(super) struct Fitter<'a> {
+    pub(super) scene: &'a RailScene<'a>,
+    pub(super) config: &'a RailReferenceConfig,
+    pub(super) cloud: &'a Cloud,
+    pub(super) profiler: usize,
 }
 
 /// Points of both regions after a transform.
-struct Regions {
+pub(super) struct Regions {
     line: (usize, Vec<Vector2<f64>>),
     arc: (usize, Vec<Vector2<f64>>),
 }
 
-/// The standard profile's points; `None` for a profile without elements.
-#[must_use]
-pub fn cloud(scene: &RailScene, config: &RailReferenceConfig) -> Option<Cloud> {
-    Cloud::new(scene.rail, config.spacing_m)
-}
-
-/// The mounting after the coarse fit alone: roll and offset from it, heading and pitch as nominal.
-///
-/// # Errors
-/// [`ReferenceError::NoProfile`].
-pub fn coarse(
-    scene: &RailScene,
-    config: &RailReferenceConfig,
-    cloud: &Cloud,
-    profiler: usize,
-) -> Result<Mounting, ReferenceError> {
-    let fitter = Fitter {
-        scene,
-        config,
-        cloud,
-        profiler,
-    };
-    let level = scene.level_position();
-    let transform = fitter.coarse(level)?;
-    let nominal = &scene.campaign.profilers[profiler].nominal;
-    let (roll, pitch, heading) = nominal.angles();
-    let turn = transform.roll_rad - fitter.nominal_transform(level).roll_rad;
-    let rotation = rotation::from_attitude(roll + turn, pitch, heading);
-    Ok(fitter.placed(level, &transform, rotation))
-}
-
-/// Runs the reference path for one profiler.
-///
-/// # Errors
-/// [`ReferenceError`].
-pub fn reference(
-    scene: &RailScene,
-    config: &RailReferenceConfig,
-    cloud: &Cloud,
-    profiler: usize,
-) -> Result<RailReference, ReferenceError> {
-    let fitter = Fitter {
-        scene,
-        config,
-        cloud,
-        profiler,
-    };
-    let (level, coarse, fine) = fitter.level()?;
-    let rail = scene.campaign.stand.rail_attitude_rad;
-    let (ins_roll, _, _) = rotation::to_attitude(&scene.attitude(level));
-    let heading = fitter.sweep(level, fine, Axis::Heading)?;
-    let pitch = fitter.sweep(level, fine, Axis::Pitch)?;
-    let roll_rad = wrap_angle(fine.roll_rad - (ins_roll - rail[0]));
-    let mount = rotation::from_attitude(roll_rad, -minimum(&pitch), -minimum(&heading));
-    let mounting = fitter.placed(level, &fine, mount);
-    let rms_m = fitter.compensated(level, fine, &mounting);
-    Ok(RailReference {
-        mounting,
-        roll_rad: (coarse.roll_rad, fine.roll_rad),
-        fine,
-        heading,
-        pitch,
-        rms_m,
-    })
-}
-
-/// The turn of the smallest distance; of equal ones the first.
-fn minimum(sweep: &[SweepStep]) -> f64 {
-    let best = sweep
-        .iter()
-        .min_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
-    best.map_or(f64::NAN, |s| s.turn_rad)
-}
-
 /// Which angle of the table is swept.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Axis {
+pub(super) enum Axis {
     Heading,
     Pitch,
 }
@@ -202,7 +62,7 @@ impl Fitter<'_> {
     }
 
     /// Where the nominal mounting puts a profile: turn about the rail's axis and place of the profiler.
-    fn nominal_transform(&self, position: usize) -> Rigid {
+    pub(super) fn nominal_transform(&self, position: usize) -> Rigid {
         let (scene, stand) = (self.scene, &self.scene.campaign.stand);
         let nominal = &scene.campaign.profilers[self.profiler].nominal;
         let [roll, pitch, heading] = stand.rail_attitude_rad;
@@ -217,7 +77,7 @@ impl Fitter<'_> {
     }
 
     /// `T_coarse`.
-    fn coarse(&self, position: usize) -> Result<Rigid, ReferenceError> {
+    pub(super) fn coarse(&self, position: usize) -> Result<Rigid, ReferenceError> {
         let profile = self.profile(position);
         if profile.is_empty() {
             return Err(ReferenceError::NoProfile {
@@ -229,7 +89,7 @@ impl Fitter<'_> {
     }
 
     /// The position nearest to level at which both regions are seen, with its coarse and fine transforms.
-    fn level(&self) -> Result<(usize, Rigid, Rigid), ReferenceError> {
+    pub(super) fn level(&self) -> Result<(usize, Rigid, Rigid), ReferenceError> {
         let mut first = None;
         for position in self.scene.by_level() {
             let found = self
@@ -281,7 +141,11 @@ impl Fitter<'_> {
     }
 
     /// `T_fine`: the line's angle and the arc's centre brought to the standard's, repeated.
-    fn fine(&self, position: usize, start: Rigid) -> Result<(Rigid, Regions), ReferenceError> {
+    pub(super) fn fine(
+        &self,
+        position: usize,
+        start: Rigid,
+    ) -> Result<(Rigid, Regions), ReferenceError> {
         let profile = self.profile(position);
         let mut transform = start;
         for _ in 0..FINE_STEPS {
@@ -310,7 +174,7 @@ impl Fitter<'_> {
     }
 
     /// The Hausdorff distance over the positions that turn about one axis alone, followed outwards from level.
-    fn sweep(
+    pub(super) fn sweep(
         &self,
         level: usize,
         start: Rigid,
@@ -318,10 +182,7 @@ impl Fitter<'_> {
     ) -> Result<Vec<SweepStep>, ReferenceError> {
         let positions = &self.scene.positions;
         let tolerance = self.config.axis_tolerance_deg.to_radians();
-        let (swept, other): (
-            fn(&super::scene::Position) -> f64,
-            fn(&super::scene::Position) -> f64,
-        ) = match axis {
+        let (swept, other): (fn(&Position) -> f64, fn(&Position) -> f64) = match axis {
             Axis::Heading => (|p| p.heading_rad, |p| p.pitch_rad),
             Axis::Pitch => (|p| p.pitch_rad, |p| p.heading_rad),
         };
@@ -385,7 +246,7 @@ impl Fitter<'_> {
     }
 
     /// Heading or pitch of the INS against the rail.
-    fn turn(&self, position: usize, axis: Axis) -> f64 {
+    pub(super) fn turn(&self, position: usize, axis: Axis) -> f64 {
         let rail = self.scene.campaign.stand.rail_attitude_rad;
         let (_, pitch, heading) = rotation::to_attitude(&self.scene.attitude(position));
         match axis {
@@ -413,11 +274,11 @@ impl Fitter<'_> {
     }
 
     /// The mounting whose profiler stands where a transform puts it; along the rail it stays at its nominal place.
-    fn placed(
+    pub(super) fn placed(
         &self,
         position: usize,
         transform: &Rigid,
-        rotation: nalgebra::Matrix3<f64>,
+        rotation: Matrix3<f64>,
     ) -> Mounting {
         let stand = &self.scene.campaign.stand;
         let nominal = self.scene.campaign.profilers[self.profiler]
@@ -437,7 +298,7 @@ impl Fitter<'_> {
 
     /// RMS distance of the level profile from the standard profile: as measured under the fine fit, and with lateral and vertical
     /// coordinates multiplied by the cosines of the heading and pitch errors (claim 10) and fitted again.
-    fn compensated(&self, level: usize, fine: Rigid, mounting: &Mounting) -> (f64, f64) {
+    pub(super) fn compensated(&self, level: usize, fine: Rigid, mounting: &Mounting) -> (f64, f64) {
         let profile = self.profile(level);
         let (_, pitch, heading) = mounting.angles();
         let (theta, psi) = (
