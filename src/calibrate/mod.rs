@@ -3,3 +3,4 @@
 pub mod metric;
 pub mod pool;
 pub mod quality;
+pub mod rail;

@@ -24,6 +24,9 @@ pub enum CliError {
     /// A scenario that cannot be simulated.
     #[error(transparent)]
     Simulate(#[from] SimulateError),
+    /// A rail scenario that cannot be simulated.
+    #[error(transparent)]
+    SimulateRail(#[from] crate::simulate::rail::RailScenarioError),
     /// A file could not be read or written.
     #[error(transparent)]
     Format(#[from] FormatError),

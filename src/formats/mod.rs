@@ -8,6 +8,7 @@
 //! | laser CSV | [`laser_csv`] | yes | yes |
 //! | soundings CSV | [`soundings_csv`] | yes | yes |
 //! | sound-speed profile CSV | [`sound_speed_csv`] | yes | yes |
+//! | rail profiles, attitude, table CSV | [`rail_csv`] | yes | yes |
 //!
 //! Each reader has two doors: `read(path)`, and `read_from` for bytes that are already at hand. Files hold degrees, the
 //! columns radians. Whatever is wrong with a file comes back as one [`FormatError`]: file, place, found, expected.
@@ -17,6 +18,7 @@ pub mod digest;
 pub mod error;
 pub mod las;
 pub mod laser_csv;
+pub mod rail_csv;
 pub mod records;
 pub mod sbet;
 pub mod sound_speed_csv;

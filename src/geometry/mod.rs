@@ -1,8 +1,11 @@
 //! Frames, rotations, the ellipsoid, planes: geometry without instruments.
 
 pub mod axes;
+pub mod curve;
 pub mod ellipsoid;
+pub mod fit2d;
 pub mod frames;
+pub mod hausdorff;
 pub mod plane;
 pub mod ransac;
 pub mod robust_plane;

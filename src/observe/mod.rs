@@ -2,6 +2,7 @@
 
 pub mod campaign;
 pub mod laser;
+pub mod rail;
 pub mod rig;
 pub mod sound_speed;
 pub mod soundings;
@@ -9,6 +10,9 @@ pub mod trajectory;
 
 pub use campaign::Campaign;
 pub use laser::{LaserCoordinates, LaserNoise, LaserScan};
+pub use rail::{
+    AttitudeNoise, AttitudeRecord, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord,
+};
 pub use rig::{Mounting, MountingSigma};
 pub use sound_speed::{SoundSpeed, SoundSpeedProfile};
 pub use soundings::{SonarNoise, SoundingRange, Soundings};

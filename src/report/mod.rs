@@ -9,6 +9,7 @@ pub mod html;
 pub mod json;
 pub mod named_budget;
 pub mod plan;
+pub mod rail;
 pub mod text;
 
 mod budget_headline;
@@ -22,3 +23,4 @@ pub use files::{ReportError, Written, write_all};
 pub use headline::{SIGNIFICANCE, headline};
 pub use named_budget::{WrittenNamedBudget, write_named_budget};
 pub use plan::{WrittenPlan, write_plan};
+pub use rail::write_rail;

@@ -14,6 +14,7 @@ mod plan;
 mod pool;
 mod provenance;
 mod quality;
+mod rail;
 mod samples;
 mod solution;
 mod swath;
@@ -39,6 +40,11 @@ pub use provenance::{InputFile, Provenance, Software};
 pub use quality::{
     GlobalTest, GroupQuality, Observability, Prior, Quality, Reliability, SnoopingTest,
     WeakDirection, WorstObservation,
+};
+pub use rail::{
+    HausdorffStep, Outline, ProfileSample, ProfilerCounts, RAIL_SCHEMA, RailJointSolution,
+    RailMounting, RailReferenceSolution, RailReferenceSteps, RailResult, RailSamples,
+    RailSolutions, ResidualSample,
 };
 pub use samples::{
     FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample, Truth,

@@ -17,6 +17,7 @@ pub mod fan;
 mod ins;
 mod laser;
 pub mod motion;
+pub mod rail;
 pub mod reality;
 mod refraction;
 pub mod scenario;

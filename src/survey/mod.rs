@@ -14,6 +14,7 @@ mod load;
 mod observations;
 pub mod problem;
 mod procedure;
+pub mod rail;
 mod rules;
 pub mod scenario;
 pub mod schema;

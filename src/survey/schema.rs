@@ -22,6 +22,8 @@ pub enum Kind {
     Number(Limits),
     /// A whole number within limits.
     Count(Limits),
+    /// Two numbers within limits.
+    Pair(Limits),
     /// Three numbers within limits.
     Triple(Limits),
     /// A list of at least three triples of numbers within limits.
@@ -161,6 +163,7 @@ fn holds(kind: &Kind, value: &DeValue<'_>) -> bool {
         Kind::Count(limits) => {
             value.is_integer() && number(value).is_some_and(|v| limits.contain(v))
         }
+        Kind::Pair(limits) => is_tuple(value, limits, 2),
         Kind::Triple(limits) => is_triple(value, limits),
         Kind::Triples(limits) => value.as_array().is_some_and(|list| {
             list.len() >= 3 && list.iter().all(|item| is_triple(item.get_ref(), limits))
@@ -171,8 +174,12 @@ fn holds(kind: &Kind, value: &DeValue<'_>) -> bool {
 }
 
 fn is_triple(value: &DeValue<'_>, limits: &Limits) -> bool {
+    is_tuple(value, limits, 3)
+}
+
+fn is_tuple(value: &DeValue<'_>, limits: &Limits, length: usize) -> bool {
     value.as_array().is_some_and(|list| {
-        list.len() == 3
+        list.len() == length
             && list
                 .iter()
                 .all(|item| number(item.get_ref()).is_some_and(|v| limits.contain(v)))
@@ -215,6 +222,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Flag => "true or false".to_owned(),
         Kind::Number(limits) => limits.expected.to_owned(),
         Kind::Count(limits) => format!("a whole number, {}", limits.expected),
+        Kind::Pair(limits) => format!("two numbers, each {}", limits.expected),
         Kind::Triple(limits) => format!("three numbers, each {}", limits.expected),
         Kind::Triples(limits) => format!("at least three [x, y, z], each {}", limits.expected),
         Kind::UtmZone => "a UTM zone: 1 to 60, negative in the south, or as \"50N\"".to_owned(),

@@ -5,7 +5,9 @@
 
 mod payload;
 
-use crate::results::{BudgetResult, NamedBudget, PlanResult, PoolResult, ReportSamples};
+use crate::results::{
+    BudgetResult, NamedBudget, PlanResult, PoolResult, RailResult, RailSamples, ReportSamples,
+};
 use serde::Serialize;
 
 const TEMPLATE: &str = include_str!("report.html");
@@ -39,6 +41,11 @@ const PLAN: [&str; 3] = [
     include_str!("elements.js"),
     include_str!("plots.js"),
     include_str!("plan.js"),
+];
+const RAIL: [&str; 3] = [
+    include_str!("elements.js"),
+    include_str!("plots.js"),
+    include_str!("rail.js"),
 ];
 
 /// What the scripts of a bare page read.
@@ -75,6 +82,24 @@ pub fn named_budget(result: &NamedBudget) -> serde_json::Result<String> {
 pub fn plan(result: &PlanResult) -> serde_json::Result<String> {
     let headline = super::plan::verdict(result);
     bare("survey plan", &result.scenario, &headline, result, &PLAN)
+}
+
+/// A rail calibration's result with what its pictures are drawn from.
+#[derive(Serialize)]
+struct RailPage<'a> {
+    #[serde(flatten)]
+    result: &'a RailResult,
+    samples: &'a RailSamples,
+}
+
+/// `report.html` of a rail calibration.
+///
+/// # Errors
+/// As [`render`].
+pub fn rail(result: &RailResult, samples: &RailSamples) -> serde_json::Result<String> {
+    let headline = super::rail::headline(result);
+    let page = RailPage { result, samples };
+    bare("rail calibration", &samples.title, &headline, &page, &RAIL)
 }
 
 fn bare(

@@ -1,0 +1,266 @@
+//! The joint path: one adjustment of all profilers' mountings, in rounds of association.
+
+use nalgebra::DMatrix;
+
+use super::conditions::{AttitudeConditions, PointConditions, Tie, recorded};
+use super::config::RailJointConfig;
+use super::model::{Blocks, Turned, chain, parameters};
+use super::scene::RailScene;
+use crate::adjust::{
+    AdjustError, ChainModel, Estimate, Limits, Observability, Options, Problem, Quality,
+    QualityOptions, Solution, Source, observability, snoop, solve,
+};
+use crate::observe::Mounting;
+
+/// Gates of the first rounds, metres: the start knows neither heading nor pitch.
+const FIRST_GATES_M: [f64; 2] = [0.003, 0.001];
+/// A round whose first step is smaller than this (sigmas) has changed nothing, whatever ties it changed.
+const STILL_SIGMAS: f64 = 0.05;
+/// Conditions with the largest normalised residuals that are listed.
+const WORST: usize = 200;
+/// Rounds of data snooping at the most.
+const MOST_SNOOPS: usize = 1;
+
+/// One round of association and adjustment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Round {
+    /// Width of the gate, metres.
+    pub gate_m: f64,
+    /// Ties.
+    pub ties: usize,
+    /// Ties that were not there before, or on another element.
+    pub changed: usize,
+    /// Cost and largest step (sigmas) of each iteration.
+    pub iterations: Vec<(f64, f64)>,
+}
+
+/// What the joint path found.
+#[derive(Debug)]
+pub struct RailJoint {
+    /// Mounting of each profiler.
+    pub mountings: Vec<Mounting>,
+    /// Covariance of pitch, roll, yaw (rad), lx, lz (m) of each profiler in turn.
+    pub covariance: DMatrix<f64>,
+    /// The last solution.
+    pub solution: Solution,
+    /// Its blocks.
+    pub blocks: Blocks,
+    /// Points that entered it.
+    pub ties: Vec<Tie>,
+    /// Points within the gate that data snooping took out.
+    pub snooped: usize,
+    /// Every round.
+    pub rounds: Vec<Round>,
+    /// Whether the association stood still.
+    pub stable: bool,
+    /// Tests of the last solution.
+    pub quality: Quality,
+    /// What the data determine.
+    pub observability: Observability,
+    /// Condition behind each entry of `quality.worst`: a row of the points, or an INS position.
+    pub worst: Vec<Suspect>,
+}
+
+/// What a condition belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Suspect {
+    /// A row of the campaign's points.
+    Point(u32),
+    /// The INS' mean at a position.
+    Attitude(u32),
+}
+
+/// What stays the same over the rounds.
+struct Frame<'a> {
+    scene: &'a RailScene<'a>,
+    config: &'a RailJointConfig,
+    blocks: Blocks,
+    chain: ChainModel,
+    recorded: Vec<u32>,
+}
+
+/// Runs the joint path from a start for every profiler's mounting.
+///
+/// # Errors
+/// [`AdjustError`]: nothing to adjust, or values that are not finite. A bad end is no error: see the solution's status.
+pub fn joint(
+    scene: &RailScene,
+    config: &RailJointConfig,
+    start: &[Mounting],
+) -> Result<RailJoint, AdjustError> {
+    let (set, blocks) = parameters(scene, start)?;
+    let frame = Frame {
+        chain: chain(scene)?,
+        recorded: recorded(scene),
+        scene,
+        config,
+        blocks,
+    };
+    let (mut estimate, mut ties, mut rounds) = (Estimate::new(set), vec![], vec![]);
+    let passing = Options {
+        robust_covariance: false,
+        step_tolerance_sigmas: 0.02,
+        ..config.options()
+    };
+    let mut stable = false;
+    for round in 0..config.max_rounds as usize {
+        let gate_m = frame.gate_m(round);
+        let now = frame.associate(&estimate, gate_m);
+        let changed = changed(&ties, &now);
+        let last = round >= FIRST_GATES_M.len();
+        ties = now;
+        if last && changed == 0 {
+            stable = true;
+            break;
+        }
+        let solution =
+            frame.with_problem(&ties, |problem| solve(problem, estimate.clone(), &passing))?;
+        let iterations: Vec<_> = solution
+            .iterations
+            .iter()
+            .map(|r| (r.cost, r.step_sigmas))
+            .collect();
+        stable = last && iterations.first().is_some_and(|i| i.1 < STILL_SIGMAS);
+        rounds.push(Round {
+            gate_m,
+            ties: ties.len(),
+            changed,
+            iterations,
+        });
+        estimate = solution.estimate;
+        if stable {
+            break;
+        }
+    }
+    frame.judged(estimate, ties, rounds, stable)
+}
+
+/// Ties that are new or on another element.
+fn changed(before: &[Tie], now: &[Tie]) -> usize {
+    let key = |t: &Tie| (t.position, t.row);
+    let kept = |t: &&Tie| {
+        before
+            .binary_search_by_key(&key(t), key)
+            .is_ok_and(|k| before[k] == **t)
+    };
+    let kept = now.iter().filter(kept).count();
+    (now.len() - kept).max(before.len() - kept)
+}
+
+impl Frame<'_> {
+    fn gate_m(&self, round: usize) -> f64 {
+        let sigmas = self.scene.campaign.profilers.iter();
+        let largest = sigmas
+            .map(|p| p.lateral_sigma_m.max(p.vertical_sigma_m))
+            .fold(0.0, f64::max);
+        let own = self.config.gate_sigma * largest.hypot(self.scene.campaign.stand.profile_sigma_m);
+        FIRST_GATES_M.get(round).map_or(own, |first| first.max(own))
+    }
+
+    /// Ties every point to the nearest element, if its foot lies within it and the distance within the gate.
+    fn associate(&self, estimate: &Estimate, gate_m: f64) -> Vec<Tie> {
+        let (scene, x) = (self.scene, &estimate.parameters);
+        let stands: Vec<Turned> = (0..scene.positions.len())
+            .map(|k| Turned::at(scene, &self.blocks, x, estimate.chain.as_ref(), k))
+            .collect();
+        let mountings: Vec<Mounting> = (0..scene.campaign.profilers.len())
+            .map(|p| self.blocks.mounting(x, p))
+            .collect();
+        let offsets = self.blocks.profile.map(|id| x.euclidean(id));
+        let tie = |placed: &super::scene::Placed| {
+            let row = placed.row as usize;
+            let mounting = &mountings[scene.campaign.points.profiler[row] as usize];
+            let u = mounting.rotation * scene.campaign.points.point(row) + mounting.lever_arm_m;
+            let q = stands[placed.position as usize].section(&u);
+            let near = scene.rail.nearest(&q)?;
+            let off = scene.rail.elements[near.element].extended(&q).distance_m;
+            let off = off - offsets.map_or(0.0, |o| o[near.element]);
+            (near.inside && off.abs() <= gate_m).then_some(Tie {
+                row: placed.row,
+                position: placed.position,
+                element: near.element as u16,
+            })
+        };
+        scene.points.iter().filter_map(tie).collect()
+    }
+
+    fn with_problem<T>(&self, ties: &[Tie], then: impl FnOnce(&Problem) -> T) -> T {
+        let (scene, blocks) = (self.scene, &self.blocks);
+        let points = PointConditions {
+            scene,
+            blocks,
+            ties,
+        };
+        let attitude = AttitudeConditions {
+            scene,
+            blocks,
+            group: scene.campaign.profilers.len() as u16,
+            positions: &self.recorded,
+        };
+        let mut sources = vec![Source::new(&points)];
+        if !self.recorded.is_empty() {
+            sources.push(Source::new(&attitude));
+        }
+        then(&Problem::with_chain(sources, &self.chain))
+    }
+
+    /// Data snooping from the stable solution, then the judgement.
+    fn judged(
+        self,
+        estimate: Estimate,
+        mut ties: Vec<Tie>,
+        rounds: Vec<Round>,
+        stable: bool,
+    ) -> Result<RailJoint, AdjustError> {
+        let options = QualityOptions {
+            worst: WORST,
+            ..QualityOptions::default()
+        };
+        let found = self.with_problem(&ties, |problem| {
+            snoop(
+                problem,
+                estimate,
+                &self.config.options(),
+                &options,
+                MOST_SNOOPS,
+            )
+        })?;
+        let suspect = |w: &crate::adjust::ConditionQuality| match w.set {
+            0 => Suspect::Point(ties[w.condition].row),
+            _ => Suspect::Attitude(self.recorded[w.condition / 3]),
+        };
+        let worst = found.quality.worst.iter().map(suspect).collect();
+        if let Some(mask) = found.ignored.first() {
+            let mut off = mask.iter();
+            ties.retain(|_| !off.next().copied().unwrap_or(false));
+        }
+        let (x, sought) = (&found.solution.estimate.parameters, self.blocks.sought());
+        Ok(RailJoint {
+            mountings: (0..self.blocks.mountings.len())
+                .map(|p| self.blocks.mounting(x, p))
+                .collect(),
+            covariance: found
+                .solution
+                .cofactor
+                .view((0, 0), (sought, sought))
+                .into_owned(),
+            observability: observability(&found.solution, &self.limits()),
+            snooped: found.removed.len(),
+            quality: found.quality,
+            solution: found.solution,
+            blocks: self.blocks,
+            ties,
+            rounds,
+            stable,
+            worst,
+        })
+    }
+
+    fn limits(&self) -> Limits {
+        Limits {
+            radian: self.config.max_sigma_deg.to_radians(),
+            metre: self.config.max_sigma_m,
+            ..Limits::default()
+        }
+    }
+}

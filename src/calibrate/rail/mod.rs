@@ -1,0 +1,32 @@
+//! The rail calibration: several 2-D laser profilers and an INS on a measuring beam over a standard rail, on a two-axis table.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`config`] | the `[reference]` and `[joint]` sections |
+//! | [`scene`] | points and attitudes sorted by the table's positions |
+//! | [`icp`] | coarse fit of a profile to the standard profile |
+//! | [`reference`] | the patent's path (CN114162169A) |
+//! | [`model`] | the unknowns and the cut of a light plane through the extruded rail |
+//! | [`conditions`] | conditions with their derivatives |
+//! | [`joint`] | the adjustment in rounds of association |
+//! | [`verdict`] | what the data do not determine, in words |
+//! | [`run`] | both paths in memory |
+//! | [`summary`] | the outcome as plain data |
+//! | [`trial`] | simulate and calibrate one seed, for Monte Carlo and budgets |
+
+pub mod conditions;
+pub mod config;
+pub mod icp;
+pub mod joint;
+pub mod model;
+pub mod reference;
+pub mod run;
+pub mod scene;
+pub mod summary;
+pub mod trial;
+pub mod verdict;
+
+pub use config::{RailJointConfig, RailReferenceConfig};
+
+pub use run::{RailInput, RailOutcome, calibrate};
+pub use scene::RailScene;

@@ -1,0 +1,278 @@
+//! The unknowns, and the cut of a light plane through the extruded rail.
+//!
+//! A point `u` of a profiler's plane lies in the rail frame at `q = D^T A_k (R u + l - v) + c`, of which the rail, endless along y, shows
+//! only x and z. `R, l`: mounting; `A_k = Exp(m) Rz(-(h + a_k)) Rx(p_k) B`: attitude of the body at position k, with the table's turns
+//! `a_k` (clockwise) and `p_k`, the rail's nominal heading h, the table's tilt and zero m, and the beam's seat B; `v, c`: centre of the
+//! table's rotation in the body and in the cross-section; `D`: orientation of the rail in the level frame. At `l - v = 0` this is
+//! mathematics section 8: `(x, z) = [[R11, R13], [R31, R33]] (s, t) + offset`.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
+
+use super::scene::RailScene;
+use crate::adjust::{
+    AdjustError, Block, BlockId, ChainModel, ChainState, Component, ParameterSet, Process,
+    ProcessKind, Unit,
+};
+use crate::geometry::rotation;
+use crate::observe::Mounting;
+
+/// Visible quantity of the chain that is the error of the turn about the vertical.
+pub const TURN_HEADING: usize = 3;
+/// The same about the lateral axis.
+pub const TURN_PITCH: usize = 4;
+/// Parameters sought per profiler: pitch, roll, yaw, lx, lz.
+pub const SOUGHT: usize = 5;
+/// Their names.
+pub const SOUGHT_NAMES: [&str; SOUGHT] = ["pitch", "roll", "yaw", "lx", "lz"];
+
+/// Handles of one profiler's blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MountingBlocks {
+    /// Rotation.
+    pub rotation: BlockId,
+    /// Lever arm x and z.
+    pub arm: BlockId,
+    /// Lever arm y, along the rail.
+    pub along: BlockId,
+}
+
+/// Handles of all blocks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Blocks {
+    /// Profiler by profiler.
+    pub mountings: Vec<MountingBlocks>,
+    /// Tilt and zero of the table.
+    pub level: BlockId,
+    /// Seat of the beam.
+    pub seat: BlockId,
+    /// Orientation of the rail.
+    pub rail: BlockId,
+    /// Centre of rotation in the body.
+    pub pivot_body: BlockId,
+    /// Centre of rotation in the cross-section.
+    pub pivot_rail: BlockId,
+    /// Elements off the standard profile; `None` for a perfect rail.
+    pub profile: Option<BlockId>,
+}
+
+fn diagonal(sigmas: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_diagonal(&DVector::from_iterator(
+        sigmas.len(),
+        sigmas.iter().map(|s| s * s),
+    ))
+}
+
+fn euclidean(name: &str, parts: &[String], unit: Unit, value: &[f64]) -> Block {
+    let components = parts.iter().map(|part| Component::new(part.clone(), unit));
+    Block::euclidean(name, components.collect(), value)
+}
+
+fn known(block: Block, sigmas: &[f64]) -> Block {
+    let value = block.value.clone();
+    block.with_prior(value, diagonal(sigmas))
+}
+
+fn axes(name: &str) -> [String; 3] {
+    ["x", "y", "z"].map(|axis| format!("{name} {axis}"))
+}
+
+fn turn(name: &str, parts: &[String; 3], value: &Matrix3<f64>) -> Block {
+    Block::rotation(name, [&parts[0], &parts[1], &parts[2]], value)
+}
+
+/// Every unknown at its start, with priors where the survey has them.
+///
+/// # Errors
+/// [`AdjustError`] when a prior's sigma is not positive.
+pub fn parameters(
+    scene: &RailScene,
+    start: &[Mounting],
+) -> Result<(ParameterSet, Blocks), AdjustError> {
+    let (mut set, stand) = (ParameterSet::new(), &scene.campaign.stand);
+    let profilers = &scene.campaign.profilers;
+    let mut sought = vec![];
+    for (profiler, mounting) in profilers.iter().zip(start) {
+        let name = |part: &str| format!("{} {part}", profiler.name);
+        let three = ["pitch", "roll", "yaw"].map(name);
+        let rotation = set.push(turn(&name("rotation"), &three, &mounting.rotation))?;
+        let arm = [mounting.lever_arm_m.x, mounting.lever_arm_m.z];
+        let two = ["lx", "lz"].map(name);
+        sought.push((
+            rotation,
+            set.push(euclidean(&name("lever arm"), &two, Unit::Metre, &arm))?,
+        ));
+    }
+    let mut mountings = vec![];
+    for ((rotation, arm), profiler) in sought.into_iter().zip(profilers) {
+        let name = format!("{} ly", profiler.name);
+        let block = euclidean(
+            &name,
+            std::slice::from_ref(&name),
+            Unit::Metre,
+            &[profiler.nominal.lever_arm_m.y],
+        );
+        let along = set.push(known(block, &[profiler.along_sigma_m]))?;
+        mountings.push(MountingBlocks {
+            rotation,
+            arm,
+            along,
+        });
+    }
+    let (identity, s) = (Matrix3::identity(), stand);
+    let level = ["table tilt x", "table tilt y", "table zero"].map(str::to_owned);
+    let level = known(
+        turn("table level", &level, &identity),
+        &[s.level_sigma_rad, s.level_sigma_rad, s.zero_sigma_rad],
+    );
+    let seat = known(
+        turn("seat of the beam", &axes("seat"), &identity),
+        &[s.seating_sigma_rad; 3],
+    );
+    let [roll, pitch, heading] = s.rail_attitude_rad;
+    let rail = turn(
+        "rail orientation",
+        &axes("rail orientation"),
+        &rotation::from_attitude(roll, pitch, heading),
+    );
+    let rail = known(rail, s.rail_attitude_sigma_rad.as_slice());
+    let body = euclidean(
+        "pivot in the body",
+        &axes("pivot in the body"),
+        Unit::Metre,
+        s.pivot_body_m.as_slice(),
+    );
+    let section = ["pivot at the rail x", "pivot at the rail z"].map(str::to_owned);
+    let section = euclidean(
+        "pivot at the rail",
+        &section,
+        Unit::Metre,
+        s.pivot_rail_m.as_slice(),
+    );
+    let blocks = Blocks {
+        mountings,
+        level: set.push(level)?,
+        seat: set.push(seat)?,
+        rail: set.push(rail)?,
+        pivot_body: set.push(known(body, &[s.pivot_body_sigma_m; 3]))?,
+        pivot_rail: set.push(known(section, &[s.pivot_rail_sigma_m; 2]))?,
+        profile: profile_block(scene)
+            .map(|block| set.push(block))
+            .transpose()?,
+    };
+    Ok((set, blocks))
+}
+
+fn profile_block(scene: &RailScene) -> Option<Block> {
+    let sigma = scene.campaign.stand.profile_sigma_m;
+    let names: Vec<String> = scene
+        .rail
+        .names
+        .iter()
+        .map(|n| format!("rail {n}"))
+        .collect();
+    let zeros = vec![0.0; names.len()];
+    (sigma > 0.0).then(|| {
+        known(
+            euclidean("rail profile", &names, Unit::Metre, &zeros),
+            &vec![sigma; names.len()],
+        )
+    })
+}
+
+/// The table's angle errors as states, one epoch per position and one to close the last interval.
+///
+/// # Errors
+/// [`AdjustError::BadChain`] when the positions are not in order.
+pub fn chain(scene: &RailScene) -> Result<ChainModel, AdjustError> {
+    let table = &scene.campaign.table;
+    let times: Vec<f64> = table
+        .from_s
+        .iter()
+        .chain(table.to_s.last())
+        .copied()
+        .collect();
+    let process = |component| Process {
+        component,
+        sigma: scene.campaign.stand.table_sigma_rad,
+        kind: ProcessKind::White,
+    };
+    ChainModel::new(times, vec![process(TURN_HEADING), process(TURN_PITCH)])
+}
+
+impl Blocks {
+    /// Mounting of a profiler.
+    #[must_use]
+    pub fn mounting(&self, x: &ParameterSet, profiler: usize) -> Mounting {
+        let b = &self.mountings[profiler];
+        let (arm, along) = (x.euclidean(b.arm), x.euclidean(b.along)[0]);
+        Mounting {
+            rotation: x.rotation(b.rotation),
+            lever_arm_m: Vector3::new(arm[0], along, arm[1]),
+        }
+    }
+
+    /// Columns of the parameters sought.
+    #[must_use]
+    pub fn sought(&self) -> usize {
+        SOUGHT * self.mountings.len()
+    }
+}
+
+/// The stand at one position.
+#[derive(Clone, Copy, Debug)]
+pub struct Turned {
+    /// Body into level.
+    pub body: Matrix3<f64>,
+    /// Everything before the beam's seat: seat frame into level.
+    pub table: Matrix3<f64>,
+    /// Seat of the beam.
+    pub seat: Matrix3<f64>,
+    /// Axis of a growing turn about the vertical (clockwise), level frame.
+    pub heading_axis: Vector3<f64>,
+    /// Axis of a growing turn about the lateral axis, level frame.
+    pub pitch_axis: Vector3<f64>,
+    /// Rail into level.
+    pub rail: Matrix3<f64>,
+    /// Centre of rotation in the body, metres.
+    pub pivot_body_m: Vector3<f64>,
+    /// Centre of rotation in the cross-section, metres.
+    pub pivot_rail_m: Vector2<f64>,
+}
+
+impl Turned {
+    /// The stand at a position under parameters and table errors.
+    #[must_use]
+    pub fn at(
+        scene: &RailScene,
+        blocks: &Blocks,
+        x: &ParameterSet,
+        states: Option<&ChainState>,
+        position: usize,
+    ) -> Self {
+        let error = states.map_or([0.0; 6], |s| s.between(position as u32, 1.0, 0.0));
+        let p = &scene.positions[position];
+        let heading =
+            scene.campaign.stand.rail_attitude_rad[2] + p.heading_rad + error[TURN_HEADING];
+        let (level, seat) = (x.rotation(blocks.level), x.rotation(blocks.seat));
+        let upright = level * rotation::exp(&(-heading * Vector3::z()));
+        let table = upright * rotation::exp(&((p.pitch_rad + error[TURN_PITCH]) * Vector3::x()));
+        let section = x.euclidean(blocks.pivot_rail);
+        Self {
+            body: table * seat,
+            heading_axis: -level.column(2),
+            pitch_axis: upright.column(0).into_owned(),
+            table,
+            seat,
+            rail: x.rotation(blocks.rail),
+            pivot_body_m: Vector3::from_column_slice(x.euclidean(blocks.pivot_body)),
+            pivot_rail_m: Vector2::new(section[0], section[1]),
+        }
+    }
+
+    /// A point of the body in the rail's cross-section (x, z), metres.
+    #[must_use]
+    pub fn section(&self, body_m: &Vector3<f64>) -> Vector2<f64> {
+        let q = self.rail.transpose() * (self.body * (body_m - self.pivot_body_m));
+        Vector2::new(q.x, q.z) + self.pivot_rail_m
+    }
+}

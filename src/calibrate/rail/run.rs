@@ -1,0 +1,105 @@
+//! Both paths in memory.
+
+use rayon::prelude::*;
+
+use super::config::{RailJointConfig, RailReferenceConfig};
+use super::icp::Cloud;
+use super::joint::{RailJoint, joint};
+use super::reference::{RailReference, ReferenceError, cloud, coarse, reference};
+use super::scene::RailScene;
+use super::verdict::{self, RailRefusal};
+use crate::adjust::AdjustError;
+use crate::calibrate::pool::Method;
+use crate::observe::{Mounting, Profiler, RailCampaign};
+use crate::target::RailProfile;
+
+/// What a rail calibration gets.
+#[derive(Clone, Copy, Debug)]
+pub struct RailInput<'a> {
+    /// The observations.
+    pub campaign: &'a RailCampaign,
+    /// The standard profile.
+    pub rail: &'a RailProfile,
+    /// Which paths run.
+    pub method: Method,
+    /// The reference path.
+    pub reference: &'a RailReferenceConfig,
+    /// The joint path.
+    pub joint: &'a RailJointConfig,
+}
+
+/// What a rail calibration found.
+#[derive(Debug)]
+pub struct RailOutcome<'a> {
+    /// What both paths worked on.
+    pub scene: RailScene<'a>,
+    /// The reference path profiler by profiler; `None` when it did not run.
+    pub reference: Option<Result<Vec<RailReference>, ReferenceError>>,
+    /// The joint path; `None` when it did not run.
+    pub joint: Option<Result<RailJoint, AdjustError>>,
+    /// Why the deciding path (the joint one where it ran) has no usable result.
+    pub refusal: Option<RailRefusal>,
+}
+
+/// Start of the joint path: the coarse fit of each profiler, or its nominal mounting where it has no profile.
+///
+/// # Errors
+/// [`ReferenceError::NoProfile`] for a standard profile without points.
+pub fn start(
+    scene: &RailScene,
+    config: &RailReferenceConfig,
+) -> Result<Vec<Mounting>, ReferenceError> {
+    let profiler = "every".to_owned();
+    let points = cloud(scene, config).ok_or(ReferenceError::NoProfile { profiler })?;
+    Ok(start_from(scene, config, Some(&points)))
+}
+
+fn start_from(
+    scene: &RailScene,
+    config: &RailReferenceConfig,
+    points: Option<&Cloud>,
+) -> Vec<Mounting> {
+    let profilers = scene.campaign.profilers.iter().enumerate();
+    let one = |(p, profiler): (usize, &Profiler)| {
+        let found = points.and_then(|c| coarse(scene, config, c, p).ok());
+        found.unwrap_or(profiler.nominal)
+    };
+    profilers.map(one).collect()
+}
+
+/// Calibrates by the paths asked for. Never fails: a path without a result says why.
+#[must_use]
+pub fn calibrate<'a>(input: &RailInput<'a>) -> RailOutcome<'a> {
+    let scene = RailScene::new(input.campaign, input.rail);
+    let all = 0..input.campaign.profilers.len();
+    let points = cloud(&scene, input.reference);
+    let by_reference = (input.method != Method::Joint).then(|| {
+        let empty = ReferenceError::NoProfile {
+            profiler: "every".to_owned(),
+        };
+        let points = points.as_ref().ok_or(empty)?;
+        let each: Vec<_> = all
+            .clone()
+            .into_par_iter()
+            .map(|p| reference(&scene, input.reference, points, p))
+            .collect();
+        each.into_iter().collect()
+    });
+    let by_joint = (input.method != Method::Sequential).then(|| {
+        let start = start_from(&scene, input.reference, points.as_ref());
+        joint(&scene, input.joint, &start)
+    });
+    let refusal = match (&by_joint, &by_reference) {
+        (Some(joint), _) => verdict::after(&scene, input.joint, joint),
+        (None, Some(Err(error))) => Some(RailRefusal::NotSolved {
+            how: error.to_string(),
+        }),
+        _ => None,
+    };
+    RailOutcome {
+        reference: by_reference,
+        joint: by_joint,
+        refusal,
+        scene,
+    }
+}

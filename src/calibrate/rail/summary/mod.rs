@@ -1,0 +1,169 @@
+//! The outcome as plain data: `result.json`, and the samples for the report.
+
+mod judgement;
+mod samples;
+mod solutions;
+
+pub use samples::samples;
+
+use std::collections::BTreeMap;
+
+use nalgebra::DVector;
+
+use super::joint::RailJoint;
+use super::reference::RailReference;
+use super::run::{RailInput, RailOutcome};
+use super::scene::RailScene;
+use super::trial::{correction, names};
+use crate::calibrate::metric;
+use crate::calibrate::quality::readable;
+use crate::results::{
+    ParameterComparison, ParameterDifference, ProfilerCounts, Provenance, RAIL_SCHEMA, RailResult,
+    RailSolutions,
+};
+use samples::{paths, rms};
+use solutions::{joint, reference, unit};
+
+/// Everything for `result.json`.
+#[must_use]
+pub fn result(outcome: &RailOutcome, input: &RailInput, provenance: Provenance) -> RailResult {
+    let scene = &outcome.scene;
+    let (heading, pitch) = scene.turned_rad();
+    RailResult {
+        schema: RAIL_SCHEMA,
+        procedure: "rail".to_owned(),
+        provenance,
+        usable: outcome.refusal.is_none(),
+        reason: outcome.refusal.as_ref().map(ToString::to_string),
+        rail: scene.rail.name.clone(),
+        positions: scene.positions.len() as u64,
+        turned_deg: [heading.to_degrees(), pitch.to_degrees()],
+        counts: counts(outcome),
+        solutions: RailSolutions {
+            reference: outcome.reference.as_ref().map(|r| reference(r, scene)),
+            joint: outcome.joint.as_ref().map(|j| joint(j, outcome, input)),
+        },
+        comparison: comparison(outcome),
+        residual_rms_m: paths(outcome)
+            .into_iter()
+            .map(|(name, m)| (name.to_owned(), rms(outcome, &m)))
+            .collect(),
+        notes: notes(scene),
+    }
+}
+
+fn notes(scene: &RailScene) -> Vec<String> {
+    let mut notes = vec![
+        "lever arms along the rail are seen only through the table's turns, relative to its centre of rotation: the rail is the same all along"
+            .to_owned(),
+        "angles and offsets are as good as the stated orientation and place of the rail and of the table's centre of rotation; between profilers they are better"
+            .to_owned(),
+    ];
+    if scene.turning > 0 {
+        notes.push(format!(
+            "{} points were taken while the table turned and were left out",
+            scene.turning
+        ));
+    }
+    let silent = scene
+        .positions
+        .iter()
+        .filter(|p| p.attitude.is_none())
+        .count();
+    if silent > 0 {
+        notes.push(format!(
+            "{silent} of {} positions have no INS record",
+            scene.positions.len()
+        ));
+    }
+    notes
+}
+
+pub(super) fn usable_joint<'o>(outcome: &'o RailOutcome) -> Option<&'o RailJoint> {
+    outcome
+        .joint
+        .as_ref()?
+        .as_ref()
+        .ok()
+        .filter(|_| outcome.refusal.is_none())
+}
+
+pub(super) fn usable_reference<'o>(outcome: &'o RailOutcome) -> Option<&'o Vec<RailReference>> {
+    outcome.reference.as_ref()?.as_ref().ok()
+}
+
+fn counts(outcome: &RailOutcome) -> Vec<ProfilerCounts> {
+    let scene = &outcome.scene;
+    let points = &scene.campaign.points;
+    let per = |rows: &mut dyn Iterator<Item = u32>| {
+        let mut n = vec![0u64; scene.campaign.profilers.len()];
+        rows.for_each(|row| n[points.profiler[row as usize] as usize] += 1);
+        n
+    };
+    let read = per(&mut (0..points.len() as u32));
+    let resting = per(&mut scene.points.iter().map(|p| p.row));
+    let joint = outcome.joint.as_ref().and_then(|j| j.as_ref().ok());
+    let used = per(&mut joint.iter().flat_map(|j| j.ties.iter().map(|t| t.row)));
+    let one = |(p, profiler): (usize, &crate::observe::Profiler)| {
+        let mut rejected = BTreeMap::new();
+        let mut reject = |why: &str, n: u64| {
+            if n > 0 {
+                rejected.insert(why.to_owned(), n);
+            }
+        };
+        reject("while the table turned", read[p] - resting[p]);
+        reject(
+            if joint.is_some() {
+                "off the rail"
+            } else {
+                "not adjusted"
+            },
+            resting[p] - used[p],
+        );
+        ProfilerCounts {
+            profiler: profiler.name.clone(),
+            read: read[p],
+            used: used[p],
+            rejected,
+        }
+    };
+    scene
+        .campaign
+        .profilers
+        .iter()
+        .enumerate()
+        .map(one)
+        .collect()
+}
+
+/// The reference path minus the joint one.
+fn comparison(outcome: &RailOutcome) -> Option<ParameterComparison> {
+    let (by_reference, by_joint) = (usable_reference(outcome)?, usable_joint(outcome)?);
+    let mut d = vec![];
+    for (from, to) in by_joint.mountings.iter().zip(by_reference) {
+        d.extend(correction(&to.mounting, from));
+    }
+    let (chi_square, degrees, p_value) =
+        metric::chi_square(&DVector::from_vec(d.clone()), &by_joint.covariance)?;
+    let all = names(&outcome.scene.campaign.profilers)
+        .into_iter()
+        .zip(d)
+        .enumerate();
+    let differences = all.map(|(k, (name, value))| {
+        let (difference, unit) = readable(value, unit(k));
+        let in_reference_sigmas = value / by_joint.covariance[(k, k)].sqrt();
+        ParameterDifference {
+            name,
+            unit: unit.to_owned(),
+            difference,
+            in_reference_sigmas,
+        }
+    });
+    Some(ParameterComparison {
+        reference: "joint".to_owned(),
+        differences: differences.collect(),
+        chi_square,
+        degrees_of_freedom: degrees as u32,
+        p_value,
+    })
+}

@@ -1,0 +1,203 @@
+//! Decimated points for the report's pictures, and the RMS of each path.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::super::conditions::Tie;
+use super::super::model::Turned;
+use super::super::run::RailOutcome;
+use super::super::scene::RailScene;
+use super::solutions::unit;
+use super::{usable_joint, usable_reference};
+use crate::calibrate::quality::readable;
+use crate::geometry::rotation;
+use crate::observe::Mounting;
+use crate::results::{Outline, ProfileSample, RailSamples, ResidualSample};
+
+/// Points of a profile shown per profiler and path.
+const SHOWN: usize = 1500;
+/// Residuals shown.
+const RESIDUALS: usize = 6000;
+/// Spacing of the drawn outline, metres.
+const DRAWN_M: f64 = 5e-4;
+/// Points further from the standard profile than this are not counted as the rail's under a path, metres.
+const NEAR_M: f64 = 0.005;
+/// Mountings of each path that has some.
+pub(super) fn paths(outcome: &RailOutcome) -> Vec<(&'static str, Vec<Mounting>)> {
+    let nominal = outcome
+        .scene
+        .campaign
+        .profilers
+        .iter()
+        .map(|p| p.nominal)
+        .collect();
+    let mut all = vec![("nominal", nominal)];
+    if let Some(found) = usable_reference(outcome) {
+        all.push(("reference", found.iter().map(|r| r.mounting).collect()));
+    }
+    if let Some(found) = usable_joint(outcome) {
+        all.push(("joint", found.mountings.clone()));
+    }
+    all
+}
+
+/// The stand at a position as known before, with the INS' attitude.
+fn stand(scene: &RailScene, position: usize) -> Turned {
+    let s = &scene.campaign.stand;
+    let [roll, pitch, heading] = s.rail_attitude_rad;
+    let body = scene.attitude(position);
+    Turned {
+        body,
+        table: body,
+        seat: Matrix3::identity(),
+        heading_axis: -Vector3::z(),
+        pitch_axis: Vector3::x(),
+        rail: rotation::from_attitude(roll, pitch, heading),
+        pivot_body_m: s.pivot_body_m,
+        pivot_rail_m: s.pivot_rail_m,
+    }
+}
+
+/// A point in the cross-section with its signed distance from the nearest element, metres.
+fn placed(
+    scene: &RailScene,
+    stand: &Turned,
+    mountings: &[Mounting],
+    row: usize,
+) -> Option<(Vector2<f64>, f64)> {
+    let mounting = &mountings[scene.campaign.points.profiler[row] as usize];
+    let q = stand
+        .section(&(mounting.rotation * scene.campaign.points.point(row) + mounting.lever_arm_m));
+    let near = scene.rail.nearest(&q)?;
+    let signed = scene.rail.elements[near.element].extended(&q).distance_m;
+    Some((q, near.distance_m.copysign(signed)))
+}
+
+/// RMS distance of the used points (of all points without a joint solution) under these mountings, as known before otherwise.
+pub(super) fn rms(outcome: &RailOutcome, mountings: &[Mounting]) -> f64 {
+    let scene = &outcome.scene;
+    let stands: Vec<Turned> = (0..scene.positions.len())
+        .map(|k| stand(scene, k))
+        .collect();
+    let rows: Vec<(u32, u32)> = match usable_joint(outcome) {
+        Some(found) => found.ties.iter().map(|t| (t.row, t.position)).collect(),
+        None => scene.points.iter().map(|p| (p.row, p.position)).collect(),
+    };
+    let distance = |&(row, position): &(u32, u32)| {
+        placed(scene, &stands[position as usize], mountings, row as usize)
+    };
+    let squares: Vec<f64> = rows
+        .iter()
+        .filter_map(distance)
+        .map(|(_, d)| d.abs().min(NEAR_M).powi(2))
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
+
+/// Samples for the pictures; `truth` are true corrections in the parameters' order, radians and metres.
+#[must_use]
+pub fn samples(outcome: &RailOutcome, title: &str, truth: Option<Vec<f64>>) -> RailSamples {
+    let shown = |values: Vec<f64>| {
+        values
+            .iter()
+            .enumerate()
+            .map(|(k, v)| readable(*v, unit(k)).0)
+            .collect()
+    };
+    RailSamples {
+        title: title.to_owned(),
+        outline_mm: outline(&outcome.scene),
+        profiles: profiles(outcome),
+        residuals: residuals(outcome),
+        truth: truth.map(shown),
+    }
+}
+
+fn outline(scene: &RailScene) -> Vec<Outline> {
+    let region = |k: usize| {
+        if scene.rail.line_region.contains(&k) {
+            "line"
+        } else if scene.rail.arc_region.contains(&k) {
+            "arc"
+        } else {
+            ""
+        }
+    };
+    let all = scene.rail.elements.iter().enumerate();
+    all.map(|(k, e)| Outline {
+        name: scene.rail.names[k].clone(),
+        region: region(k).to_owned(),
+        points: e
+            .samples(DRAWN_M)
+            .iter()
+            .map(|p| [micrometres(p.x), micrometres(p.y)])
+            .collect(),
+    })
+    .collect()
+}
+
+/// Millimetres to the micrometre: the pictures need no more.
+fn micrometres(m: f64) -> f64 {
+    (m * 1e6).round() * 1e-3
+}
+
+fn profiles(outcome: &RailOutcome) -> Vec<ProfileSample> {
+    let scene = &outcome.scene;
+    let level = scene.level_position();
+    let at = stand(scene, level);
+    let rows: Vec<usize> = scene
+        .points
+        .iter()
+        .filter(|p| p.position as usize == level)
+        .map(|p| p.row as usize)
+        .collect();
+    let mut all = vec![];
+    for (path, mountings) in paths(outcome) {
+        for profiler in 0..mountings.len() as u32 {
+            let own: Vec<usize> = rows
+                .iter()
+                .copied()
+                .filter(|&r| scene.campaign.points.profiler[r] == profiler)
+                .collect();
+            let step = own.len().div_ceil(SHOWN).max(1);
+            let place = |&row: &usize| placed(scene, &at, &mountings, row);
+            let points = own
+                .iter()
+                .step_by(step)
+                .filter_map(place)
+                .map(|(q, d)| [q.x, q.y, d].map(micrometres));
+            all.push(ProfileSample {
+                profiler,
+                path: path.to_owned(),
+                points: points.collect(),
+            });
+        }
+    }
+    all
+}
+
+fn residuals(outcome: &RailOutcome) -> Vec<ResidualSample> {
+    let Some(found) = usable_joint(outcome) else {
+        return vec![];
+    };
+    let (scene, x) = (&outcome.scene, &found.solution.estimate.parameters);
+    let states = found.solution.estimate.chain.as_ref();
+    let step = found.ties.len().div_ceil(RESIDUALS).max(1);
+    let offsets = found.blocks.profile.map(|id| x.euclidean(id));
+    let one = |t: &Tie| {
+        let at = Turned::at(scene, &found.blocks, x, states, t.position as usize);
+        let profiler = scene.campaign.points.profiler[t.row as usize];
+        let m = &found.mountings[profiler as usize];
+        let q =
+            at.section(&(m.rotation * scene.campaign.points.point(t.row as usize) + m.lever_arm_m));
+        let off = scene.rail.elements[usize::from(t.element)]
+            .extended(&q)
+            .distance_m;
+        ResidualSample {
+            profiler,
+            element: u32::from(t.element),
+            position: t.position,
+            joint_mm: micrometres(off - offsets.map_or(0.0, |o| o[usize::from(t.element)])),
+        }
+    };
+    found.ties.iter().step_by(step).map(one).collect()
+}

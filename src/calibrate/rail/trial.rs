@@ -1,0 +1,108 @@
+//! Simulate and calibrate one seed, for Monte Carlo and budgets.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::config::{RailJointConfig, RailReferenceConfig};
+use super::model::{SOUGHT, SOUGHT_NAMES};
+use super::run::{RailInput, calibrate};
+use crate::calibrate::pool::Method;
+use crate::observe::{Mounting, Profiler};
+use crate::simulate::rail::{RailScenario, RailScenarioError, RailSources, simulate};
+use crate::target::RailProfile;
+
+/// What one seed gave.
+#[derive(Clone, Debug)]
+pub struct RailTrial {
+    /// Names of the parameters: pitch, roll, yaw, lx, lz of each profiler in turn.
+    pub names: Vec<String>,
+    /// Units, `rad` or `m`.
+    pub units: Vec<&'static str>,
+    /// True correction of each, radians and metres.
+    pub truth: Vec<f64>,
+    /// The reference path's correction, where it has a result.
+    pub reference: Option<Vec<f64>>,
+    /// The joint path's correction with its covariance, where it has a usable result.
+    pub joint: Option<(Vec<f64>, DMatrix<f64>)>,
+    /// Variance factor of the joint path.
+    pub variance_factor: Option<f64>,
+    /// Why there is no usable result.
+    pub refusal: Option<String>,
+}
+
+/// Correction of a mounting: pitch, roll, yaw (radians), lx, lz (metres) against the nominal one.
+#[must_use]
+pub fn correction(mounting: &Mounting, nominal: &Mounting) -> [f64; SOUGHT] {
+    let turn: Vector3<f64> = mounting.correction_from(nominal);
+    let arm = mounting.lever_arm_m - nominal.lever_arm_m;
+    [turn.x, turn.y, turn.z, arm.x, arm.z]
+}
+
+/// Corrections of all profilers in one list.
+#[must_use]
+pub fn corrections<'m>(
+    mountings: impl Iterator<Item = &'m Mounting>,
+    profilers: &[Profiler],
+) -> Vec<f64> {
+    mountings
+        .zip(profilers)
+        .flat_map(|(m, p)| correction(m, &p.nominal))
+        .collect()
+}
+
+/// Names of all parameters in the order of [`corrections`].
+#[must_use]
+pub fn names(profilers: &[Profiler]) -> Vec<String> {
+    let all = profilers
+        .iter()
+        .flat_map(|p| SOUGHT_NAMES.map(|n| format!("{} {n}", p.name)));
+    all.collect()
+}
+
+/// Simulates a scenario with these sources under a seed and calibrates it by both paths.
+///
+/// # Errors
+/// [`RailScenarioError`] with every fault of the scenario.
+pub fn trial(
+    scenario: &RailScenario,
+    rail: &RailProfile,
+    sources: &RailSources,
+    seed: u64,
+) -> Result<RailTrial, RailScenarioError> {
+    let scenario = RailScenario {
+        sources: sources.clone(),
+        ..scenario.clone()
+    };
+    let simulated = simulate(&scenario, rail, seed)?;
+    let profilers = &simulated.campaign.profilers;
+    let (reference, joint) = (RailReferenceConfig::default(), RailJointConfig::default());
+    let outcome = calibrate(&RailInput {
+        campaign: &simulated.campaign,
+        rail,
+        method: Method::Both,
+        reference: &reference,
+        joint: &joint,
+    });
+    let usable = outcome
+        .joint
+        .as_ref()
+        .and_then(|j| j.as_ref().ok())
+        .filter(|_| outcome.refusal.is_none());
+    let by_reference = outcome.reference.as_ref().and_then(|r| r.as_ref().ok());
+    Ok(RailTrial {
+        names: names(profilers),
+        units: profilers
+            .iter()
+            .flat_map(|_| ["rad", "rad", "rad", "m", "m"])
+            .collect(),
+        truth: corrections(simulated.reality.mountings.iter(), profilers),
+        reference: by_reference.map(|all| corrections(all.iter().map(|r| &r.mounting), profilers)),
+        joint: usable.map(|j| {
+            (
+                corrections(j.mountings.iter(), profilers),
+                j.covariance.clone(),
+            )
+        }),
+        variance_factor: usable.map(|j| j.quality.global.variance_factor),
+        refusal: outcome.refusal.as_ref().map(ToString::to_string),
+    })
+}

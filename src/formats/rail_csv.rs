@@ -1,0 +1,241 @@
+//! The three tables of a rail calibration: profiles `time_s,profiler,y_m,z_m` (profilers counted from 1), attitude
+//! `time_s,roll_deg,pitch_deg,heading_deg`, table positions `from_s,to_s,heading_deg,pitch_deg`.
+//!
+//! Parquet is not read: it would bring a large dependency for files that are small.
+
+use std::io::{Read, Write};
+use std::path::Path;
+
+use super::error::{FaultKind, FormatError, open};
+use super::table::{Limits, Table};
+use super::whole::write_whole;
+use crate::observe::{AttitudeRecord, ProfilePoints, TableRecord};
+use crate::units::{degrees, radians};
+
+// LAYOUT
+
+const PROFILES: [&str; 4] = ["time_s", "profiler", "y_m", "z_m"];
+const ATTITUDE: [&str; 4] = ["time_s", "roll_deg", "pitch_deg", "heading_deg"];
+const TABLE: [&str; 4] = ["from_s", "to_s", "heading_deg", "pitch_deg"];
+
+/// Profilers see less than a few metres; larger numbers are millimetres.
+const COORDINATE: Limits = Limits {
+    min: -10.0,
+    max: 10.0,
+    expected: "metres from -10 to 10",
+};
+const TILT: Limits = Limits {
+    min: -90.0,
+    max: 90.0,
+    expected: "degrees from -90 to 90",
+};
+const TURN: Limits = Limits {
+    min: -360.0,
+    max: 360.0,
+    expected: "degrees from -360 to 360",
+};
+
+// READ
+
+/// Reads a profiles CSV of so many profilers.
+///
+/// # Errors
+/// [`FormatError`]: unreadable, empty, a column missing, a value impossible, an unknown profiler, times that descend.
+pub fn read_profiles(path: &Path, profilers: usize) -> Result<ProfilePoints, FormatError> {
+    let (file, size) = open(path)?;
+    read_profiles_from(path, file, size, profilers)
+}
+
+/// Reads profiles of `size` bytes from `source`; `file` names it in messages.
+///
+/// # Errors
+/// As [`read_profiles`].
+pub fn read_profiles_from(
+    file: &Path,
+    source: impl Read,
+    size: u64,
+    profilers: usize,
+) -> Result<ProfilePoints, FormatError> {
+    let mut table = Table::open(file, source, size, &PROFILES, &[])?;
+    let mut points = ProfilePoints::default();
+    while table.next_row()? {
+        let time_s = table.number(0, &Limits::FINITE)?;
+        table.check_order(0, points.time_s.last().copied(), time_s, false)?;
+        let profiler = table.count(1)?;
+        if profiler == 0 || profiler as usize > profilers {
+            let expected = format!("a profiler of the survey file, 1 to {profilers}");
+            return Err(table.bad_value(1, &expected));
+        }
+        points.time_s.push(time_s);
+        points.profiler.push(profiler - 1);
+        points.y_m.push(table.number(2, &COORDINATE)?);
+        points.z_m.push(table.number(3, &COORDINATE)?);
+    }
+    if points.is_empty() {
+        return Err(table.no_rows());
+    }
+    Ok(points)
+}
+
+/// Reads an attitude CSV.
+///
+/// # Errors
+/// [`FormatError`]: unreadable, empty, a column missing, a value impossible, times that do not ascend.
+pub fn read_attitude(path: &Path) -> Result<AttitudeRecord, FormatError> {
+    let (file, size) = open(path)?;
+    let mut table = Table::open(path, file, size, &ATTITUDE, &[])?;
+    let mut record = AttitudeRecord::default();
+    while table.next_row()? {
+        let time_s = table.number(0, &Limits::FINITE)?;
+        table.check_order(0, record.time_s.last().copied(), time_s, true)?;
+        record.time_s.push(time_s);
+        record.roll_rad.push(radians(table.number(1, &TURN)?));
+        record.pitch_rad.push(radians(table.number(2, &TILT)?));
+        record.heading_rad.push(radians(table.number(3, &TURN)?));
+    }
+    if record.time_s.is_empty() {
+        return Err(table.no_rows());
+    }
+    Ok(record)
+}
+
+/// Reads a table of positions.
+///
+/// # Errors
+/// [`FormatError`]: unreadable, empty, a column missing, a value impossible, positions that end before they begin or overlap.
+pub fn read_table(path: &Path) -> Result<TableRecord, FormatError> {
+    let (file, size) = open(path)?;
+    let mut table = Table::open(path, file, size, &TABLE, &[])?;
+    let mut record = TableRecord::default();
+    while table.next_row()? {
+        let from_s = table.number(0, &Limits::FINITE)?;
+        let to_s = table.number(1, &Limits::FINITE)?;
+        table.check_order(0, record.to_s.last().copied(), from_s, true)?;
+        if !(to_s > from_s) {
+            let found = format!("{to_s} with from_s {from_s}");
+            return Err(table.fault(FaultKind::Order, 1, found, "a later time than from_s"));
+        }
+        record.from_s.push(from_s);
+        record.to_s.push(to_s);
+        record.heading_rad.push(radians(table.number(2, &TURN)?));
+        record.pitch_rad.push(radians(table.number(3, &TILT)?));
+    }
+    if record.is_empty() {
+        return Err(table.no_rows());
+    }
+    Ok(record)
+}
+
+// WRITE
+
+/// Writes a profiles CSV: coordinates to 10 nanometres.
+///
+/// # Errors
+/// [`FormatError`] of kind `Unwritable`.
+pub fn write_profiles(path: &Path, points: &ProfilePoints) -> Result<(), FormatError> {
+    write_whole(path, |out| -> std::io::Result<()> {
+        writeln!(out, "{}", PROFILES.join(","))?;
+        for k in 0..points.len() {
+            let (time_s, profiler) = (points.time_s[k], points.profiler[k] + 1);
+            let (y, z) = (points.y_m[k], points.z_m[k]);
+            writeln!(out, "{time_s},{profiler},{y:.8},{z:.8}")?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes an attitude CSV: angles to 1e-7 degrees.
+///
+/// # Errors
+/// [`FormatError`] of kind `Unwritable`.
+pub fn write_attitude(path: &Path, record: &AttitudeRecord) -> Result<(), FormatError> {
+    write_whole(path, |out| -> std::io::Result<()> {
+        writeln!(out, "{}", ATTITUDE.join(","))?;
+        for k in 0..record.time_s.len() {
+            let [roll, pitch, heading] = [
+                record.roll_rad[k],
+                record.pitch_rad[k],
+                record.heading_rad[k],
+            ]
+            .map(degrees);
+            writeln!(
+                out,
+                "{},{roll:.7},{pitch:.7},{heading:.7}",
+                record.time_s[k]
+            )?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes a table of positions: angles to 1e-7 degrees.
+///
+/// # Errors
+/// [`FormatError`] of kind `Unwritable`.
+pub fn write_table(path: &Path, record: &TableRecord) -> Result<(), FormatError> {
+    write_whole(path, |out| -> std::io::Result<()> {
+        writeln!(out, "{}", TABLE.join(","))?;
+        for k in 0..record.len() {
+            let [heading, pitch] = [record.heading_rad[k], record.pitch_rad[k]].map(degrees);
+            writeln!(
+                out,
+                "{},{},{heading:.7},{pitch:.7}",
+                record.from_s[k], record.to_s[k]
+            )?;
+        }
+        Ok(())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(text: &str) -> String {
+        let read = read_profiles_from(Path::new("p.csv"), text.as_bytes(), text.len() as u64, 2);
+        read.expect_err("a fault").to_string()
+    }
+
+    #[test]
+    fn a_fault_names_line_and_column() {
+        let head = "time_s,profiler,y_m,z_m\n";
+        let unknown = refused(&format!("{head}0,3,0.1,0.1\n"));
+        assert!(
+            unknown.contains("line 2, column profiler") && unknown.contains("1 to 2"),
+            "{unknown}"
+        );
+        assert!(refused(&format!("{head}0,1,100.5,0.1\n")).contains("metres"));
+        assert!(refused(&format!("{head}1,1,0,0\n0,1,0,0\n")).contains("ascending"));
+        assert!(refused("time_s,profiler,y_mm,z_m\n").contains("nearest column: y_mm"));
+        assert!(refused(head).contains("nothing else"));
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let folder = tempfile::tempdir().expect("folder");
+        let points = ProfilePoints {
+            time_s: vec![0.5, 0.5],
+            profiler: vec![0, 1],
+            y_m: vec![0.01234567, -0.2],
+            z_m: vec![-0.3, 0.25],
+        };
+        let path = folder.path().join("p.csv");
+        write_profiles(&path, &points).expect("written");
+        assert_eq!(read_profiles(&path, 2).expect("read"), points);
+        let table = TableRecord {
+            from_s: vec![0.0, 3.0],
+            to_s: vec![1.0, 4.0],
+            heading_rad: vec![radians(1.5), radians(-2.0)],
+            pitch_rad: vec![0.0, radians(0.25)],
+        };
+        write_table(&path, &table).expect("written");
+        assert_eq!(read_table(&path).expect("read"), table);
+        std::fs::write(&path, "from_s,to_s,heading_deg,pitch_deg\n2,1,0,0\n").expect("written");
+        assert!(
+            read_table(&path)
+                .expect_err("a fault")
+                .to_string()
+                .contains("later time")
+        );
+    }
+}

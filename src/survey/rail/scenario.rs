@@ -1,0 +1,85 @@
+//! Rail scenario files.
+
+use std::path::Path;
+
+use super::keys;
+use super::load::{parse_model, same_names};
+use crate::simulate::rail::RailScenario;
+use crate::survey::document::Document;
+use crate::survey::load::{read_text, typed};
+use crate::survey::problem::{Problem, SurveyError, none_of};
+use crate::survey::schema;
+use crate::target::rail::built_in_model;
+use crate::target::{RailModel, RailProfile};
+
+/// A scenario, its rail, and what it says of the calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RailScenarioFile {
+    /// What is simulated.
+    pub scenario: RailScenario,
+    /// The rail's model file.
+    pub model: RailModel,
+    /// The rail.
+    pub rail: RailProfile,
+    /// The sections `[reference]` and `[joint]`, handed on to the survey file.
+    pub calibration: toml::Table,
+}
+
+/// Reads a rail scenario file; a rail that is no built-in name is read from beside it.
+///
+/// # Errors
+/// [`SurveyError`] with every unknown key, wrong type and impossible value.
+pub fn read_scenario(path: &Path) -> Result<RailScenarioFile, SurveyError> {
+    let text = read_text(path)?;
+    parse_scenario(path, &text, path.parent().unwrap_or(Path::new("")))
+}
+
+/// Checks and parses the text of a rail scenario; `path` names it in messages, `folder` is where its rail is looked for.
+///
+/// # Errors
+/// As [`read_scenario`].
+pub fn parse_scenario(
+    path: &Path,
+    text: &str,
+    folder: &Path,
+) -> Result<RailScenarioFile, SurveyError> {
+    let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
+    none_of(schema::check(&document, keys::SCENARIO))?;
+    let mut table: toml::Table = typed(path, text)?;
+    let calibration = ["reference", "joint"]
+        .into_iter()
+        .filter_map(|key| Some((key.to_owned(), table.remove(key)?)));
+    let calibration = calibration.collect();
+    let scenario: RailScenario = typed(path, &table.to_string())?;
+    let impossible =
+        |fault: &String| Problem::new(path, "whole file", fault, "values that can be simulated");
+    none_of(scenario.faults().iter().map(impossible).collect())?;
+    none_of(same_names(
+        &document,
+        scenario.profiler.iter().map(|p| p.name.as_str()),
+    ))?;
+    let (model, rail) = match built_in_model(&scenario.rail.model) {
+        Some(model) => {
+            let rail = RailProfile::from_model(&model);
+            let rail = rail.map_err(|e| {
+                Problem::new(
+                    path,
+                    "[rail] model",
+                    e.to_string(),
+                    "a profile that can be built",
+                )
+            })?;
+            (model, rail)
+        }
+        None => {
+            let place = folder.join(&scenario.rail.model);
+            parse_model(&place, &read_text(&place)?)?
+        }
+    };
+    Ok(RailScenarioFile {
+        scenario,
+        model,
+        rail,
+        calibration,
+    })
+}

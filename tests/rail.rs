@@ -1,0 +1,299 @@
+//! The rail calibration in memory: derivatives, the cut of an inclined plane, truth without noise, honest sigmas, outliers, and
+//! what is refused.
+
+use boresight::adjust::{ChainState, Estimate, check_derivatives};
+use boresight::calibrate::pool::Method;
+use boresight::calibrate::rail::conditions::{AttitudeConditions, PointConditions, Tie, recorded};
+use boresight::calibrate::rail::model::{Turned, chain, parameters};
+use boresight::calibrate::rail::trial::{RailTrial, corrections, trial};
+use boresight::calibrate::rail::{
+    RailInput, RailJointConfig, RailOutcome, RailReferenceConfig, RailScene, calibrate,
+};
+use boresight::observe::{Mounting, RailCampaign};
+use boresight::simulate::rail::{
+    DEMO, RailScenario, RailSource, RailSources, SimulatedRail, simulate,
+};
+use boresight::target::RailProfile;
+use nalgebra::{Vector2, Vector3};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+fn chn60() -> RailProfile {
+    RailProfile::built_in("chn60").expect("a rail")
+}
+
+/// The demo with fewer rays and positions, so that a seed takes a fraction of a second.
+fn thin() -> RailScenario {
+    let mut scenario = RailScenario::from_toml(DEMO).expect("a scenario");
+    scenario.table.heading_sweep_deg = [-5.0, 5.0, 1.0];
+    scenario.table.pitch_sweep_deg = [-5.0, 5.0, 1.0];
+    for profiler in &mut scenario.profiler {
+        profiler.rays = 150;
+    }
+    scenario
+}
+
+fn without_noise(scenario: &RailScenario) -> SimulatedRail {
+    let mut scenario = scenario.clone();
+    scenario.sources = RailSources::none();
+    simulate(&scenario, &chn60(), 1).expect("a survey")
+}
+
+fn calibrated<'a>(
+    campaign: &'a RailCampaign,
+    rail: &'a RailProfile,
+    configs: &'a (RailReferenceConfig, RailJointConfig),
+) -> RailOutcome<'a> {
+    calibrate(&RailInput {
+        campaign,
+        rail,
+        method: Method::Both,
+        reference: &configs.0,
+        joint: &configs.1,
+    })
+}
+
+/// At zero lever arm and level attitude the mapping is mathematics section 8: `(x, z) = [[R11, R13], [R31, R33]] (s, t) + offset`.
+#[test]
+fn an_inclined_plane_cuts_the_rail_as_the_rotation_says() {
+    let mut survey = without_noise(&thin());
+    survey.campaign.stand.pivot_rail_m = Vector2::new(0.01, -0.02);
+    let rail = chn60();
+    let scene = RailScene::new(&survey.campaign, &rail);
+    let mounting = Mounting::from_angles(0.4, 0.02, -0.03, survey.campaign.stand.pivot_body_m);
+    let (x, blocks) = parameters(&scene, &[mounting, mounting]).expect("unknowns");
+    let level = scene.level_position();
+    let at = Turned::at(&scene, &blocks, &x, None, level);
+    let (s, t, r) = (0.1, -0.25, mounting.rotation);
+    let found = at.section(&(r * Vector3::new(s, 0.0, t) + mounting.lever_arm_m));
+    let cut = Vector2::new(
+        r[(0, 0)] * s + r[(0, 2)] * t + 0.01,
+        r[(2, 0)] * s + r[(2, 2)] * t - 0.02,
+    );
+    assert!((found - cut).norm() < 1e-15, "{found} {cut}");
+}
+
+/// The simulator's rays and the conditions are written apart; at the truth, without noise, they agree to rounding, and the derivatives are
+/// those of the misclosure.
+#[test]
+fn conditions_vanish_at_the_truth_and_derive_as_differences_do() {
+    let survey = without_noise(&thin());
+    let rail = chn60();
+    let scene = RailScene::new(&survey.campaign, &rail);
+    let (x, blocks) = parameters(&scene, &survey.reality.mountings).expect("unknowns");
+    let model = chain(&scene).expect("a chain");
+    let states = ChainState::zero(&model);
+    let ties: Vec<Tie> = scene
+        .points
+        .iter()
+        .filter_map(|p| {
+            let at = Turned::at(&scene, &blocks, &x, None, p.position as usize);
+            let m =
+                &survey.reality.mountings[survey.campaign.points.profiler[p.row as usize] as usize];
+            let q = at.section(
+                &(m.rotation * survey.campaign.points.point(p.row as usize) + m.lever_arm_m),
+            );
+            let near = rail.nearest(&q)?;
+            assert!(near.distance_m < 1e-12, "{}", near.distance_m);
+            near.inside.then_some(Tie {
+                row: p.row,
+                position: p.position,
+                element: near.element as u16,
+            })
+        })
+        .collect();
+    let at = Estimate {
+        parameters: x,
+        chain: Some(states),
+    };
+    let points = PointConditions {
+        scene: &scene,
+        blocks: &blocks,
+        ties: &ties,
+    };
+    let some: Vec<usize> = (0..ties.len()).step_by(61).collect();
+    let faults = check_derivatives(&points, &some, &at, Some(&model), 1e-6, 1e-6);
+    assert!(faults.is_empty(), "{:?}", &faults[..faults.len().min(3)]);
+    let positions = recorded(&scene);
+    let attitude = AttitudeConditions {
+        scene: &scene,
+        blocks: &blocks,
+        group: 2,
+        positions: &positions,
+    };
+    let faults = check_derivatives(
+        &attitude,
+        &[0, 1, 2, 30, 31, 32, 61],
+        &at,
+        Some(&model),
+        1e-6,
+        1e-6,
+    );
+    assert!(faults.is_empty(), "{faults:?}");
+}
+
+/// Without noise the joint path finds the truth to a thousandth of its own sigma, and the patent's path the roll to its coarse points.
+#[test]
+fn without_noise_the_truth_is_found() {
+    let survey = without_noise(&thin());
+    let (rail, configs) = (chn60(), Default::default());
+    let outcome = calibrated(&survey.campaign, &rail, &configs);
+    assert_eq!(outcome.refusal, None);
+    let joint = outcome
+        .joint
+        .as_ref()
+        .expect("ran")
+        .as_ref()
+        .expect("solved");
+    let profilers = &survey.campaign.profilers;
+    let truth = corrections(survey.reality.mountings.iter(), profilers);
+    let found = corrections(joint.mountings.iter(), profilers);
+    for (k, (found, truth)) in found.iter().zip(&truth).enumerate() {
+        let sigma = joint.covariance[(k, k)].sqrt();
+        assert!(
+            (found - truth).abs() < 1e-3 * sigma,
+            "{k}: {found} {truth} {sigma}"
+        );
+    }
+    let reference = outcome
+        .reference
+        .as_ref()
+        .expect("ran")
+        .as_ref()
+        .expect("found");
+    for (found, mounting) in reference.iter().zip(&survey.reality.mountings) {
+        let roll = found.mounting.angles().0 - mounting.angles().0;
+        assert!(roll.abs() < 0.1f64.to_radians(), "{}", roll.to_degrees());
+    }
+}
+
+fn trials(scenario: &RailScenario, count: u64) -> Vec<RailTrial> {
+    let one = |seed| trial(scenario, &chn60(), &scenario.sources, seed).expect("a scenario");
+    (1..=count).map(one).collect()
+}
+
+/// Seeds 1 to 24, without selection: the normalised squared error of all ten parameters together is chi-square, and the patent's path has the
+/// larger heading error.
+#[test]
+fn errors_are_as_large_as_reported() {
+    let trials = trials(&thin(), 24);
+    let (mut sum, mut count) = (0.0, 0);
+    let (mut old, mut new) = (0.0, 0.0);
+    for t in &trials {
+        let (found, covariance) = t.joint.as_ref().expect("usable");
+        let e =
+            nalgebra::DVector::from_iterator(10, found.iter().zip(&t.truth).map(|(f, t)| f - t));
+        let scale =
+            nalgebra::DMatrix::from_diagonal(&covariance.diagonal().map(|v| v.sqrt().recip()));
+        let (e, c) = (&scale * e, &scale * covariance * &scale);
+        sum += e.dot(&c.cholesky().expect("regular").solve(&e));
+        count += 10;
+        new += (found[2] - t.truth[2]).powi(2);
+        old += t
+            .reference
+            .as_ref()
+            .map_or(0.0, |r| (r[2] - t.truth[2]).powi(2));
+    }
+    let chi = ChiSquared::new(f64::from(count)).expect("a distribution");
+    let (low, high) = (chi.inverse_cdf(5e-4), chi.inverse_cdf(1.0 - 5e-4));
+    assert!(low < sum && sum < high, "{low} < {sum} < {high}");
+    assert!(old > 100.0 * new, "{old} {new}");
+}
+
+/// A fifth of the rays in dust and every third profile partly hidden move no parameter by one of its sigmas.
+#[test]
+fn dust_does_not_move_the_result() {
+    let mut scenario = thin();
+    scenario.disturbance.dust_fraction = 0.2;
+    scenario.disturbance.occlusion_fraction = 0.3;
+    let clean = scenario
+        .sources
+        .clone()
+        .with(RailSource::Dust, 0.0)
+        .with(RailSource::Occlusion, 0.0);
+    let rail = chn60();
+    for seed in 1..=3 {
+        let without = trial(&scenario, &rail, &clean, seed)
+            .expect("a scenario")
+            .joint
+            .expect("usable");
+        let with = trial(&scenario, &rail, &scenario.sources, seed)
+            .expect("a scenario")
+            .joint
+            .expect("usable");
+        for k in 0..10 {
+            let sigma = without.1[(k, k)].sqrt();
+            assert!(
+                (with.0[k] - without.0[k]).abs() < sigma,
+                "seed {seed}, parameter {k}"
+            );
+        }
+    }
+}
+
+fn refusal(scenario: &RailScenario) -> String {
+    let survey = simulate(scenario, &chn60(), 1).expect("a survey");
+    let (rail, configs) = (chn60(), Default::default());
+    let outcome = calibrated(&survey.campaign, &rail, &configs);
+    outcome.refusal.expect("a refusal").to_string()
+}
+
+/// What the data do not determine is refused by name.
+#[test]
+fn undetermined_parameters_are_refused_by_name() {
+    let mut level = thin();
+    level.table.heading_sweep_deg = [0.0, 0.0, 1.0];
+    let words = refusal(&level);
+    assert!(words.contains("yaw"), "{words}");
+    let mut flat = thin();
+    flat.table.pitch_sweep_deg = [0.0, 0.0, 1.0];
+    let words = refusal(&flat);
+    assert!(words.contains("pitch"), "{words}");
+    let mut away = thin();
+    away.profiler[1].mounting_deg.roll = -120.0;
+    let words = refusal(&away);
+    assert!(words.contains("right"), "{words}");
+}
+
+/// A rail that is one straight face tells neither height nor heading.
+#[test]
+fn a_straight_line_alone_is_refused() {
+    let survey = simulate(&thin(), &chn60(), 1).expect("a survey");
+    let mut campaign = survey.campaign.clone();
+    let mut rail = chn60();
+    let flank = rail.line_region[1];
+    let scene = RailScene::new(&survey.campaign, &rail);
+    let (x, blocks) = parameters(&scene, &survey.reality.mountings).expect("unknowns");
+    let on_flank = |placed: &&boresight::calibrate::rail::scene::Placed| {
+        let row = placed.row as usize;
+        let m = &survey.reality.mountings[survey.campaign.points.profiler[row] as usize];
+        let at = Turned::at(&scene, &blocks, &x, None, placed.position as usize);
+        let q = at.section(&(m.rotation * survey.campaign.points.point(row) + m.lever_arm_m));
+        survey.campaign.points.profiler[row] == 1
+            && rail
+                .nearest(&q)
+                .is_some_and(|n| n.element == flank && n.distance_m < 3e-4)
+    };
+    let rows: Vec<usize> = scene
+        .points
+        .iter()
+        .filter(on_flank)
+        .map(|p| p.row as usize)
+        .collect();
+    let of = |column: &[f64]| rows.iter().map(|&r| column[r]).collect::<Vec<f64>>();
+    let p = &survey.campaign.points;
+    campaign.points.time_s = of(&p.time_s);
+    campaign.points.y_m = of(&p.y_m);
+    campaign.points.z_m = of(&p.z_m);
+    campaign.points.profiler = vec![0; rows.len()];
+    campaign.profilers.remove(0);
+    rail.elements = vec![rail.elements[flank]];
+    rail.names = vec![rail.names[flank].clone()];
+    (rail.line_region, rail.arc_region) = (vec![0], vec![]);
+    let configs = Default::default();
+    let outcome = calibrated(&campaign, &rail, &configs);
+    let words = outcome.refusal.expect("a refusal").to_string();
+    assert!(
+        words.contains("lz of right") && words.contains("not determined"),
+        "{words}"
+    );
+}
