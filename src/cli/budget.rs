@@ -178,7 +178,7 @@ fn trials(
     args: &Budget,
     talk: &Talk,
 ) -> Result<Ended, CliError> {
-    catch_ctrl_c()?;
+    let stop = catch_ctrl_c()?;
     let done = experiment.prepare(folder, args.resume)?;
     let (before, total) = (done.iter().sum(), experiment.trials());
     talk.step(&format!(
@@ -186,7 +186,7 @@ fn trials(
         folder.display()
     ));
     let bar = talk.trials(before, total);
-    let ended = experiment.run(folder, &done, &STOP, &|done| {
+    let ended = experiment.run(folder, &done, stop, &|done| {
         bar.set_position(done);
         if done.is_multiple_of((total / 10).max(1)) {
             talk.step(&format!("{done} of {total} trials"));
@@ -196,8 +196,8 @@ fn trials(
     Ok(ended?)
 }
 
-/// The first Ctrl-C asks the run to stop, the second ends the program.
-fn catch_ctrl_c() -> Result<(), CliError> {
+/// The first Ctrl-C sets the flag and asks the run to stop, the second ends the program.
+pub(super) fn catch_ctrl_c() -> Result<&'static AtomicBool, CliError> {
     STOP.store(false, SeqCst);
     let caught = ctrlc::set_handler(|| {
         if STOP.swap(true, SeqCst) {
@@ -206,7 +206,7 @@ fn catch_ctrl_c() -> Result<(), CliError> {
     });
     match caught {
         // caught already: this is not the process's first budget
-        Ok(()) | Err(ctrlc::Error::MultipleHandlers) => Ok(()),
+        Ok(()) | Err(ctrlc::Error::MultipleHandlers) => Ok(&STOP),
         Err(error) => Err(CliError::Signal {
             found: error.to_string(),
         }),

@@ -100,6 +100,16 @@ pub enum CliError {
         /// How many.
         found: usize,
     },
+    /// An option that the procedure's budget does not have.
+    #[error(
+        "{option}: found with a {procedure} scenario, expected a pool scenario: only its budget has this option"
+    )]
+    NotForProcedure {
+        /// The option.
+        option: &'static str,
+        /// The procedure.
+        procedure: &'static str,
+    },
     /// Trials of a survey.
     #[error("{}: whole file: found a survey with --trials, expected a scenario: trials need a truth (without --trials the survey's own errors are propagated)", file.display())]
     NoTrials {

@@ -15,6 +15,7 @@ mod calibrate;
 mod check;
 mod demo;
 pub mod error;
+mod named_budget;
 mod plan;
 mod rail;
 mod simulate;
@@ -101,7 +102,11 @@ fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
             Procedure::Rail => rail::check(&args, talk),
         },
         Command::Apply(args) => apply::run(&args, talk),
-        Command::Budget(args) => budget::run(&args, talk),
+        Command::Budget(args) => match procedure_of(&args.scenario) {
+            Procedure::Pool => budget::run(&args, talk),
+            Procedure::Usbl => usbl::budget(&args, talk),
+            Procedure::Rail => rail::budget(&args, talk),
+        },
         Command::Plan(args) => plan::run(&args, talk),
         Command::Completions { shell } => {
             let mut script = Vec::new();

@@ -7,10 +7,12 @@ use comfy_table::CellAlignment;
 use serde_json::json;
 
 use super::Ending;
-use super::args::{Calibrate, Check, Demo, Simulate};
+use super::args::{Budget, Calibrate, Check, Demo, Simulate};
 use super::calibrate::folder_of;
 use super::error::CliError;
+use super::named_budget;
 use super::talk::Talk;
+use crate::budget::named::rail::RailTrials;
 use crate::calibrate::pool::Method;
 use crate::calibrate::rail::{self, RailInput, RailScene, summary, trial, verdict};
 use crate::report;
@@ -33,6 +35,20 @@ pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
     let text = format!("{}\n{place}", report::rail::summary(&result));
     talk.result(&text, &report::rail::to_bytes(&result)?)?;
     Ok(ending(&result))
+}
+
+/// `boresight budget`.
+pub fn budget(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
+    talk.step(&format!("reading {}", args.scenario.display()));
+    let file = read_scenario(&args.scenario)?;
+    let (reference, joint) = file.calibration(&args.scenario)?;
+    let trials = RailTrials {
+        scenario: file.scenario,
+        rail: file.rail,
+        reference,
+        joint,
+    };
+    named_budget::run(&trials, args, talk)
 }
 
 fn ending(result: &RailResult) -> Ending {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::Ending;
-use super::args::{Calibrate, Check, Demo, Simulate};
+use super::args::{Budget, Calibrate, Check, Demo, Simulate};
 use super::error::CliError;
 use super::talk::Talk;
 
@@ -20,6 +20,11 @@ pub fn simulate(args: &Simulate, _talk: &Talk) -> Result<Ending, CliError> {
 /// `boresight check`.
 pub fn check(args: &Check, _talk: &Talk) -> Result<Ending, CliError> {
     not_built(&args.survey)
+}
+
+/// `boresight budget`.
+pub fn budget(args: &Budget, _talk: &Talk) -> Result<Ending, CliError> {
+    not_built(&args.scenario)
 }
 
 /// `boresight demo usbl`.

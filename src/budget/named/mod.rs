@@ -4,6 +4,7 @@
 //! A procedure implements [`Tried`]; [`run`] does the rest. Trials are summed up in the order of seeds, so that the result has the
 //! same bytes on any number of threads, and memory does not grow with their number.
 
+pub mod rail;
 mod tally;
 
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};

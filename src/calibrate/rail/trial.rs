@@ -27,6 +27,8 @@ pub struct RailTrial {
     pub variance_factor: Option<f64>,
     /// Why there is no usable result.
     pub refusal: Option<String>,
+    /// Why the reference path has none.
+    pub reference_refusal: Option<String>,
 }
 
 /// Correction of a mounting: pitch, roll, yaw (radians), lx, lz (metres) against the nominal one.
@@ -58,7 +60,7 @@ pub fn names(profilers: &[Profiler]) -> Vec<String> {
     all.collect()
 }
 
-/// Simulates a scenario with these sources under a seed and calibrates it by both paths.
+/// Simulates a scenario with these sources under a seed and calibrates it by both paths as they are without configuration.
 ///
 /// # Errors
 /// [`RailScenarioError`] with every fault of the scenario.
@@ -68,19 +70,33 @@ pub fn trial(
     sources: &RailSources,
     seed: u64,
 ) -> Result<RailTrial, RailScenarioError> {
+    let (reference, joint) = (RailReferenceConfig::default(), RailJointConfig::default());
+    trial_with(scenario, rail, sources, (&reference, &joint), seed)
+}
+
+/// As [`trial`], with the configuration of both paths.
+///
+/// # Errors
+/// As [`trial`].
+pub fn trial_with(
+    scenario: &RailScenario,
+    rail: &RailProfile,
+    sources: &RailSources,
+    (reference, joint): (&RailReferenceConfig, &RailJointConfig),
+    seed: u64,
+) -> Result<RailTrial, RailScenarioError> {
     let scenario = RailScenario {
         sources: sources.clone(),
         ..scenario.clone()
     };
     let simulated = simulate(&scenario, rail, seed)?;
     let profilers = &simulated.campaign.profilers;
-    let (reference, joint) = (RailReferenceConfig::default(), RailJointConfig::default());
     let outcome = calibrate(&RailInput {
         campaign: &simulated.campaign,
         rail,
         method: Method::Both,
-        reference: &reference,
-        joint: &joint,
+        reference,
+        joint,
     });
     let usable = outcome
         .joint
@@ -104,5 +120,9 @@ pub fn trial(
         }),
         variance_factor: usable.map(|j| j.quality.global.variance_factor),
         refusal: outcome.refusal.as_ref().map(ToString::to_string),
+        reference_refusal: match &outcome.reference {
+            Some(Err(error)) => Some(error.to_string()),
+            _ => None,
+        },
     })
 }

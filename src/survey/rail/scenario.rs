@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use serde::Deserialize;
+
 use super::keys;
 use super::load::{parse_model, same_names};
+use crate::calibrate::rail::{RailJointConfig, RailReferenceConfig};
 use crate::simulate::rail::RailScenario;
 use crate::survey::document::Document;
 use crate::survey::load::{read_text, typed};
@@ -23,6 +26,26 @@ pub struct RailScenarioFile {
     pub rail: RailProfile,
     /// The sections `[reference]` and `[joint]`, handed on to the survey file.
     pub calibration: toml::Table,
+}
+
+impl RailScenarioFile {
+    /// How the scenario is to be calibrated; `path` names the scenario in messages.
+    ///
+    /// # Errors
+    /// [`SurveyError`] when a section cannot be read; its keys were checked with the scenario's.
+    pub fn calibration(
+        &self,
+        path: &Path,
+    ) -> Result<(RailReferenceConfig, RailJointConfig), SurveyError> {
+        #[derive(Default, Deserialize)]
+        #[serde(default)]
+        struct Sections {
+            reference: RailReferenceConfig,
+            joint: RailJointConfig,
+        }
+        let found: Sections = typed(path, &self.calibration.to_string())?;
+        Ok((found.reference, found.joint))
+    }
 }
 
 /// Reads a rail scenario file; a rail that is no built-in name is read from beside it.
