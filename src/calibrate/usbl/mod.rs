@@ -18,7 +18,7 @@ pub mod joint;
 pub mod reference;
 pub mod scene;
 pub mod start;
-//SUMMARY
+pub mod summary;
 pub mod verdict;
 pub mod verify;
 
