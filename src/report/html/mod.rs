@@ -7,7 +7,7 @@ mod payload;
 
 use crate::results::{
     BudgetResult, NamedBudget, PlanResult, PoolResult, RailResult, RailSamples, ReportSamples,
-    BudgetResult, PlanResult, PoolResult, ReportSamples, UsblResult, UsblSamples,
+    UsblResult, UsblSamples,
 };
 use serde::Serialize;
 
@@ -107,6 +107,8 @@ pub fn rail(result: &RailResult, samples: &RailSamples) -> serde_json::Result<St
     let headline = super::rail::headline(result);
     let page = RailPage { result, samples };
     bare("rail calibration", &samples.title, &headline, &page, &RAIL)
+}
+
 /// A result and what its pictures are drawn from.
 #[derive(Serialize)]
 struct WithSamples<'a, R, S> {

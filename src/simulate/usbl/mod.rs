@@ -18,8 +18,8 @@ use crate::observe::usbl::{
 use crate::observe::{SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::simulate::SimulateError;
 use crate::simulate::motion::{Oscillation, Wave};
+use crate::simulate::switches::Draws;
 use crate::units::degrees;
-use sources::Draws;
 
 /// The scenario of `boresight demo usbl`.
 pub const DEMO: &str = include_str!("../../../models/scenarios/usbl.toml");
