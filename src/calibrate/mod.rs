@@ -4,3 +4,4 @@ pub mod metric;
 pub mod pool;
 pub mod quality;
 pub mod rail;
+pub mod usbl;

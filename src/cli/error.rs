@@ -6,6 +6,7 @@ use crate::budget::ledger::LedgerError;
 use crate::budget::passes::PassError;
 use crate::budget::sweep::SweepError;
 use crate::calibrate::pool::PoolError;
+use crate::calibrate::usbl::UsblError;
 use crate::formats::FormatError;
 use crate::geometry::utm::UtmError;
 use crate::report::ReportError;
@@ -33,6 +34,9 @@ pub enum CliError {
     /// The calibration could not work with its input.
     #[error(transparent)]
     Pool(#[from] PoolError),
+    /// The USBL calibration could not work with its input.
+    #[error(transparent)]
+    Usbl(#[from] UsblError),
     /// A report could not be written.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -64,14 +68,6 @@ pub enum CliError {
         name: &'static str,
         /// What stands there.
         found: String,
-    },
-    /// A procedure that is designed but not built.
-    #[error("{}: procedure: found \"{found}\", which is not built yet, expected \"pool\"", file.display())]
-    NotBuilt {
-        /// The file.
-        file: PathBuf,
-        /// The procedure.
-        found: &'static str,
     },
     /// The thread pool could not be made.
     #[error("--threads: {found}")]

@@ -9,11 +9,15 @@
 //! | soundings CSV | [`soundings_csv`] | yes | yes |
 //! | sound-speed profile CSV | [`sound_speed_csv`] | yes | yes |
 //! | rail profiles, attitude, table CSV | [`rail_csv`] | yes | yes |
+//! | attitude CSV | [`attitude_csv`] | yes | yes |
+//! | acoustic fixes CSV | [`usbl_fixes_csv`] | yes | yes |
+//! | control points CSV | [`usbl_control_csv`] | yes | yes |
 //!
 //! Each reader has two doors: `read(path)`, and `read_from` for bytes that are already at hand. Files hold degrees, the
 //! columns radians. Whatever is wrong with a file comes back as one [`FormatError`]: file, place, found, expected.
 //! Readers stream: besides the columns they keep a buffer of about a megabyte.
 
+pub mod attitude_csv;
 pub mod digest;
 pub mod error;
 pub mod las;
@@ -25,6 +29,8 @@ pub mod sound_speed_csv;
 pub mod soundings_csv;
 pub mod table;
 pub mod trajectory_csv;
+pub mod usbl_control_csv;
+pub mod usbl_fixes_csv;
 pub mod whole;
 
 pub use error::{FaultKind, FormatError, Place};

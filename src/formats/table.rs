@@ -155,6 +155,16 @@ impl<R: Read> Table<R> {
             .ok_or_else(|| self.bad_value(column, limits.expected))
     }
 
+    /// The text in a column of this row, trimmed; empty when the column is not there.
+    ///
+    /// # Errors
+    /// [`FormatError`] when it is no UTF-8.
+    pub fn text(&self, column: usize) -> Result<&str, FormatError> {
+        let field = self.fields[column].and_then(|f| self.row.get(f));
+        std::str::from_utf8(field.unwrap_or_default().trim_ascii())
+            .map_err(|_| self.bad_value(column, "UTF-8 text"))
+    }
+
     /// The whole number in a required column of this row.
     ///
     /// # Errors

@@ -7,6 +7,7 @@ pub mod rig;
 pub mod sound_speed;
 pub mod soundings;
 pub mod trajectory;
+pub mod usbl;
 
 pub use campaign::Campaign;
 pub use laser::{LaserCoordinates, LaserNoise, LaserScan};

@@ -11,6 +11,7 @@ pub mod named_budget;
 pub mod plan;
 pub mod rail;
 pub mod text;
+pub mod usbl;
 
 mod budget_headline;
 mod files;
@@ -24,3 +25,4 @@ pub use headline::{SIGNIFICANCE, headline};
 pub use named_budget::{WrittenNamedBudget, write_named_budget};
 pub use plan::{WrittenPlan, write_plan};
 pub use rail::write_rail;
+pub use usbl::write_usbl;

@@ -82,7 +82,7 @@ fn largest(result: &NamedBudget, path: &NamedPath) -> Option<String> {
     let (share, place, part) = parts.max_by(|a, b| a.2.total_cmp(&b.2))?;
     let title = result.sources.iter().find(|s| s.source == share.source);
     Some(format!(
-        "{} makes {:.0} % of the variance of {}, the largest share of any source.",
+        "The largest share of any source: {} makes {:.0} % of the variance of {}.",
         title.map_or(share.source.as_str(), |s| &s.title),
         100.0 * part,
         result.parameters[place].name

@@ -18,6 +18,7 @@ mod rail;
 mod samples;
 mod solution;
 mod swath;
+mod usbl;
 mod write;
 
 pub use budget::{
@@ -56,6 +57,10 @@ pub use solution::{
 pub use swath::{
     CovarianceOrigin, OrderLimit, PathSwath, SwathBeam, SwathDepth, SwathLimits, SwathResult,
     Uncertainty95,
+};
+pub use usbl::{
+    UsblBeacon, UsblFixSample, UsblIteration, UsblJoint, UsblPrintedAngles, UsblReference,
+    UsblResiduals, UsblResult, UsblSamples, UsblSolutions, UsblTruth, UsblVerification,
 };
 pub use write::{WriteError, write_whole};
 

@@ -27,6 +27,7 @@ pub mod sources;
 mod spoil;
 pub mod switches;
 pub mod truth;
+pub mod usbl;
 
 pub use reality::Reality;
 pub use scenario::Scenario;

@@ -18,6 +18,7 @@ pub mod rail;
 mod rules;
 pub mod scenario;
 pub mod schema;
+pub mod usbl;
 pub mod write;
 
 pub use file::SurveyFile;

@@ -6,6 +6,7 @@
 
 pub mod rail;
 mod tally;
+pub mod usbl;
 
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
@@ -133,6 +134,13 @@ pub fn run(
         command: String::new(),
         notes: vec![],
     }
+}
+
+/// A source's key in a scenario.
+fn word(source: &impl serde::Serialize) -> String {
+    let value = serde_json::to_value(source).ok();
+    let word = value.as_ref().and_then(|value| value.as_str());
+    word.unwrap_or_default().to_owned()
 }
 
 fn path(

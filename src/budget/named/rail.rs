@@ -1,6 +1,6 @@
 //! A rail scenario's trials.
 
-use super::{Acting, JointSaid, NamedTrial, Tried};
+use super::{Acting, JointSaid, NamedTrial, Tried, word};
 use crate::calibrate::rail::trial::{RailTrial, trial_with};
 use crate::calibrate::rail::{RailJointConfig, RailReferenceConfig};
 use crate::results::{NamedParameter, NamedSource};
@@ -107,7 +107,7 @@ impl Tried for RailTrials {
 
     fn sources(&self) -> Vec<NamedSource> {
         let named = |(source, title, description): (RailSource, &str, String)| NamedSource {
-            source: word(source),
+            source: word(&source),
             title: title.to_owned(),
             description,
         };
@@ -123,14 +123,6 @@ impl Tried for RailTrials {
             },
         }
     }
-}
-
-/// The source's key in a scenario.
-fn word(source: RailSource) -> String {
-    serde_json::to_value(source)
-        .ok()
-        .and_then(|v| v.as_str().map(str::to_owned))
-        .unwrap_or_default()
 }
 
 /// In degrees and metres.

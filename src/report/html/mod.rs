@@ -7,6 +7,7 @@ mod payload;
 
 use crate::results::{
     BudgetResult, NamedBudget, PlanResult, PoolResult, RailResult, RailSamples, ReportSamples,
+    UsblResult, UsblSamples,
 };
 use serde::Serialize;
 
@@ -46,6 +47,12 @@ const RAIL: [&str; 3] = [
     include_str!("elements.js"),
     include_str!("plots.js"),
     include_str!("rail.js"),
+];
+
+const USBL: [&str; 3] = [
+    include_str!("elements.js"),
+    include_str!("plots.js"),
+    include_str!("usbl.js"),
 ];
 
 /// What the scripts of a bare page read.
@@ -100,6 +107,24 @@ pub fn rail(result: &RailResult, samples: &RailSamples) -> serde_json::Result<St
     let headline = super::rail::headline(result);
     let page = RailPage { result, samples };
     bare("rail calibration", &samples.title, &headline, &page, &RAIL)
+}
+
+/// A result and what its pictures are drawn from.
+#[derive(Serialize)]
+struct WithSamples<'a, R, S> {
+    result: &'a R,
+    samples: &'a S,
+}
+
+/// `report.html` of a USBL calibration.
+///
+/// # Errors
+/// As [`render`].
+pub fn usbl(result: &UsblResult, samples: &UsblSamples) -> serde_json::Result<String> {
+    let headline = super::usbl::headline(result);
+    let kind = "calibration of an ultra-short baseline";
+    let data = WithSamples { result, samples };
+    bare(kind, &samples.title, &headline, &data, &USBL)
 }
 
 fn bare(

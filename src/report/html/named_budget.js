@@ -2,7 +2,6 @@
 
 const NAMED_PATHS = { joint: { name: "Joint", colour: "#0b63a5" }, reference: { name: "Reference", colour: "#b45309" } };
 const NAMES = RESULT.parameters.map(p => p.name);
-const UNIT_NAMES = RESULT.parameters.map(p => number(`${p.name}, ${p.unit}`));
 const SOURCE_TITLES = Object.fromEntries(RESULT.sources.map(s => [s.source, s.title]));
 SOURCE_TITLES.nothing = "the method itself, without any source";
 const SOURCE_COLOURS = Object.fromEntries(RESULT.sources.map((s, i) => [s.source, WHEEL[i % WHEEL.length]]));
@@ -84,19 +83,23 @@ function buildPulls() {
     el("figcaption", {}, "Error by reported sigma. Full dot: root mean square, 1 when the reported uncertainty is true; red outside the green interval of chi-square for this number of trials. Ring: mean.")));
 }
 
+/** Metres as millimetres, ratios as parts per million. */
+const SHOWN = { m: ["mm", 1e3], 1: ["ppm", 1e6] };
+const SHOWN_NAMES = RESULT.parameters.map(p => `${p.name}, ${(SHOWN[p.unit] || [p.unit])[0]}`);
+function shown(list, i) { return number(list && !missing(list[i]) ? short(list[i] * (SHOWN[RESULT.parameters[i].unit] || ["", 1])[1]) : "-"); }
+
 function buildTables() {
-  const cells = list => RESULT.parameters.map((_, i) => number(list ? short(list[i]) : "-"));
-  const rows = RESULT.paths.filter(p => p.together).flatMap(path => {
-    const t = path.together, list = [["bias", ...cells(t.bias)], ["standard deviation", ...cells(t.standard_deviation)]];
-    if (path.honesty) list.push(["reported", ...cells(path.honesty.reported)]);
-    if (path.claimed) list.push(["stated before any trial", ...cells(path.claimed)]);
-    if (path.efficiency && path.path !== "joint") list.push(["joint variance by its own", ...cells(path.efficiency)]);
-    return list.map((row, i) => [i ? "" : el("b", {}, NAMED_PATHS[path.path].name), ...row]);
-  });
-  if (rows.length) add("figures", "All sources together", table(["path", "figure", ...UNIT_NAMES], rows));
-  const parts = RESULT.paths.flatMap(path => path.shares.filter(s => s.figures && (s.figures.standard_deviation || s.source === "nothing")).map(s => [NAMED_PATHS[path.path].name, SOURCE_TITLES[s.source],
-    ...cells(s.figures.standard_deviation || s.figures.bias), number(`${grouped(s.figures.usable)} of ${grouped(s.figures.trials)}`)]));
-  if (parts.length) add("alone", "Source by source: standard deviation", table(["path", "source", ...UNIT_NAMES, number("usable")], parts), note("Of the method itself: its error without any source."));
+  const rows = RESULT.paths.filter(p => p.together).flatMap(path => NAMES.map((_, i) => {
+    const t = path.together, h = path.honesty;
+    return [i ? "" : el("b", {}, NAMED_PATHS[path.path].name), SHOWN_NAMES[i], shown(t.bias, i), shown(t.standard_deviation, i), shown(h && h.reported, i), shown(path.claimed, i),
+      number(h ? digits(h.pull_mean[i], 3) : "-"), number(h ? digits(h.pull_rms[i], 3) : "-"), number(path.path === "joint" || !path.efficiency ? "-" : short(path.efficiency[i]))];
+  }));
+  if (rows.length) add("figures", "All sources together", table(["path", "parameter", number("bias"), number("standard deviation"), number("reported"), number("stated before any trial"), number("pull, mean"), number("pull, RMS"), number("joint variance by its own")], rows));
+  for (const path of RESULT.paths) {
+    const parts = path.shares.filter(s => s.figures && (s.figures.standard_deviation || s.source === "nothing"));
+    if (parts.length) add(`alone-${path.path}`, `Source by source, ${NAMED_PATHS[path.path].name.toLowerCase()} path: standard deviation`,
+      table(["source", ...SHOWN_NAMES.map(number), number("usable")], parts.map(s => [SOURCE_TITLES[s.source], ...NAMES.map((_, i) => shown(s.figures.standard_deviation || s.figures.bias, i)), number(`${grouped(s.figures.usable)} of ${grouped(s.figures.trials)}`)])), note("Of the method itself: its error without any source."));
+  }
   add("sources", "Sources that act", table(["source", "distribution and size"], RESULT.sources.map(s => [el("b", {}, s.title), s.description])));
   const losses = [...RESULT.refusals.map(r => [r.path, number(grouped(r.count)), r.reason, el("small", {}, r.seeds.join(", "))])];
   if (losses.length) add("refusals", "Trials without a result", table(["path", number("trials"), "why", "seeds"], losses));

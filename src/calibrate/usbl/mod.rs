@@ -1,0 +1,105 @@
+//! Ultra-short baseline against several beacons: the rotation between transducer and attitude sensor (mathematics section 7).
+//!
+//! | file | what |
+//! |---|---|
+//! | [`config`] | the sections of the survey file |
+//! | [`scene`] | a campaign with water and attitude ready |
+//! | [`reference`] | the patent's path |
+//! | [`conditions`] | the conditions of the joint path and their derivatives |
+//! | [`start`] | a start that gross errors do not move |
+//! | [`joint`] | the joint path |
+//! | [`verify`] | the patent's verification: predicted against surveyed beacons |
+//! | [`verdict`] | what cannot be determined, in words |
+//! | [`summary`] | the outcome as `result.json` |
+
+pub mod conditions;
+pub mod config;
+pub mod joint;
+pub mod reference;
+pub mod scene;
+pub mod start;
+pub mod summary;
+pub mod verdict;
+pub mod verify;
+
+pub use config::{JointConfig, ReferenceConfig};
+pub use joint::JointOutcome;
+pub use reference::{PrintedAngles, ReferenceError, ReferenceOutcome};
+pub use scene::{Scene, UsblError};
+pub use verdict::{Layout, Refusal};
+
+use crate::calibrate::pool::Method;
+use crate::observe::usbl::UsblCampaign;
+use verify::{BeaconResiduals, Calibrated, verify};
+
+/// What a calibration is made from, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct UsblInput<'a> {
+    /// What was observed.
+    pub campaign: &'a UsblCampaign,
+    /// Which paths run.
+    pub method: Method,
+    /// The reference path.
+    pub reference: &'a ReferenceConfig,
+    /// The joint path.
+    pub joint: &'a JointConfig,
+}
+
+/// What came of it.
+#[derive(Debug)]
+pub struct UsblOutcome<'a> {
+    /// The campaign, ready to be calculated with.
+    pub scene: Scene<'a>,
+    /// The reference path, where it was asked for.
+    pub reference: Option<Result<ReferenceOutcome, ReferenceError>>,
+    /// The joint path, where it was asked for and came to an end.
+    pub joint: Option<JointOutcome>,
+    /// Why there is no usable result; the joint path decides where it was asked for.
+    pub refusal: Option<Refusal>,
+    /// Verification of the reference path.
+    pub reference_residuals: Vec<BeaconResiduals>,
+    /// Verification of the joint path.
+    pub joint_residuals: Vec<BeaconResiduals>,
+}
+
+/// Calibrates in memory.
+///
+/// # Errors
+/// [`UsblError`] for input that no calibration can work with; a calibration without a usable result is an outcome.
+pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError> {
+    let scene = Scene::new(input.campaign)?;
+    let reference =
+        (input.method != Method::Joint).then(|| reference::run(&scene, input.reference));
+    let (joint, refusal) = if input.method == Method::Sequential {
+        let failed = reference.as_ref().and_then(|r| r.as_ref().err());
+        (None, failed.map(Refusal::of_reference))
+    } else {
+        solved_jointly(&scene, input.joint)
+    };
+    let found = reference.as_ref().and_then(|r| r.as_ref().ok());
+    let reference_residuals = found.map_or_else(Vec::new, |r| {
+        verify(&scene, &Calibrated::reference(&r.rotation), None)
+    });
+    let usable = joint.as_ref().filter(|_| refusal.is_none());
+    let joint_residuals =
+        usable.map_or_else(Vec::new, |j| verify(&scene, &Calibrated::joint(j), Some(j)));
+    Ok(UsblOutcome {
+        reference_residuals,
+        joint_residuals,
+        scene,
+        reference,
+        joint,
+        refusal,
+    })
+}
+
+fn solved_jointly(scene: &Scene, config: &JointConfig) -> (Option<JointOutcome>, Option<Refusal>) {
+    match joint::run(scene, config) {
+        Ok(Some(joint)) => {
+            let refusal = Refusal::of_joint(&joint, scene, config);
+            (Some(joint), refusal)
+        }
+        Ok(None) => (None, Some(Refusal::NoBeacon)),
+        Err(error) => (None, Some(Refusal::failed(&error))),
+    }
+}

@@ -1,0 +1,435 @@
+//! A USBL survey file and every file that it names, composed into a campaign.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::file::UsblFile;
+use super::keys;
+use crate::formats::attitude_csv::{self, AttitudeRecords};
+use crate::formats::digest::sha256;
+use crate::formats::sound_speed_csv;
+use crate::formats::usbl_control_csv::{
+    self, ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
+};
+use crate::formats::usbl_fixes_csv::{self, FixRecords, RangeKind};
+use crate::geometry::ellipsoid::ecef_from_level;
+use crate::geometry::{Ellipsoid, Geodetic, Point, rotation};
+use crate::observe::usbl::{Beacon, ControlPoint, Fixes, Role, UsblCampaign};
+use crate::observe::{SoundSpeed, SoundSpeedProfile, Trajectory};
+use crate::results::InputFile;
+use crate::survey::document::Document;
+use crate::survey::file::OutsideRule;
+use crate::survey::problem::{Problem, SurveyError, none_of};
+use crate::survey::schema;
+
+/// Control farther from the transducer than this is a slip, metres.
+const FAR_M: f64 = 12_000.0;
+
+/// A survey that can be calibrated.
+#[derive(Clone, Debug)]
+pub struct LoadedUsbl {
+    /// The survey file.
+    pub file: UsblFile,
+    /// What was observed.
+    pub campaign: UsblCampaign,
+    /// Every file that was read, the survey file first.
+    pub inputs: Vec<InputFile>,
+    /// Fixes that were read.
+    pub fixes_read: usize,
+    /// Fixes dropped because they have no attitude.
+    pub fixes_dropped: usize,
+    /// What a report should repeat about the reading.
+    pub notes: Vec<String>,
+}
+
+/// Reads a USBL survey file and its files.
+///
+/// # Errors
+/// [`SurveyError`] with every fault that can be told at once.
+pub fn load(path: &Path) -> Result<LoadedUsbl, SurveyError> {
+    let folder = path.parent().unwrap_or(Path::new(".")).to_owned();
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        Problem::new(
+            path,
+            "whole file",
+            error.to_string(),
+            "a readable survey file",
+        )
+    })?;
+    let file = parse(path, &text)?;
+    let contents = read(&file, &folder)?;
+    let mut inputs = vec![input(path, &own_name(path))?];
+    let profile = file.sound_speed.profile.as_ref();
+    let named = [&file.control.path, &file.fixes.path, &file.attitude.path];
+    for name in named.into_iter().chain(profile) {
+        inputs.push(input(&folder.join(name), name)?);
+    }
+    compose(file, contents, inputs, &folder)
+}
+
+/// Checks and parses the text of a survey file; `path` names it in messages.
+///
+/// # Errors
+/// [`SurveyError`] with every unknown key and impossible value.
+pub fn parse(path: &Path, text: &str) -> Result<UsblFile, SurveyError> {
+    let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
+    let mut problems = schema::check(&document, keys::SURVEY);
+    let has = |keys: &[&str]| document.get(keys).is_some();
+    if has(&["sound_speed", "speed_m_s"]) && has(&["sound_speed", "profile"]) {
+        let path = ["sound_speed", "profile"];
+        problems.push(document.problem(&path, "both speed_m_s and profile", "one of them"));
+    }
+    if has(&["sound_speed", "profile"]) && !has(&["transducer", "depth_m"]) {
+        let expected =
+            "the transducer's depth below the water level in metres, which a profile needs";
+        problems.push(document.problem(&["transducer", "depth_m"], "nothing", expected));
+    }
+    none_of(problems)?;
+    toml::from_str(text).map_err(|error: toml::de::Error| {
+        let message = error.message().replace('\n', " ");
+        Problem::new(path, "whole file", message, "a USBL survey file").into()
+    })
+}
+
+fn own_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn input(path: &Path, name: &str) -> Result<InputFile, SurveyError> {
+    Ok(InputFile {
+        path: name.to_owned(),
+        sha256: sha256(path)?,
+    })
+}
+
+struct Contents {
+    control: ControlRecords,
+    fixes: FixRecords,
+    attitude: AttitudeRecords,
+    profile: Option<SoundSpeedProfile>,
+}
+
+/// Reads all files; the faults of all of them come together.
+fn read(file: &UsblFile, folder: &Path) -> Result<Contents, SurveyError> {
+    let mut problems: Vec<Problem> = vec![];
+    let control = usbl_control_csv::read(&folder.join(&file.control.path))
+        .map_err(|e| problems.push(e.into()));
+    let fixes =
+        usbl_fixes_csv::read(&folder.join(&file.fixes.path)).map_err(|e| problems.push(e.into()));
+    let attitude =
+        attitude_csv::read(&folder.join(&file.attitude.path)).map_err(|e| problems.push(e.into()));
+    let profile = file.sound_speed.profile.as_ref();
+    let profile = profile
+        .map(|name| sound_speed_csv::read(&folder.join(name)))
+        .transpose()
+        .map_err(|e| problems.push(e.into()));
+    match (control, fixes, attitude, profile) {
+        (Ok(control), Ok(fixes), Ok(attitude), Ok(profile)) => Ok(Contents {
+            control,
+            fixes,
+            attitude,
+            profile,
+        }),
+        _ => Err(SurveyError { problems }),
+    }
+}
+
+/// Puts everything together; here the files are judged by each other.
+fn compose(
+    file: UsblFile,
+    contents: Contents,
+    inputs: Vec<InputFile>,
+    folder: &Path,
+) -> Result<LoadedUsbl, SurveyError> {
+    let mut problems = vec![];
+    let paths = Paths {
+        control: folder.join(&file.control.path),
+        fixes: folder.join(&file.fixes.path),
+    };
+    let (transducer, beacons) = control(&file, &contents.control, &paths, &mut problems);
+    let fixes_read = contents.fixes.time_s.len();
+    let attitude = attitude(&file, contents.attitude);
+    let speed = speeds(
+        &file,
+        &contents.fixes,
+        &contents.profile,
+        &paths,
+        &mut problems,
+    );
+    let (fixes, dropped) = fixes(
+        &file,
+        &contents.fixes,
+        &beacons,
+        (&attitude, speed),
+        &paths,
+        &mut problems,
+    );
+    none_of(problems)?;
+    let sound_speed = match (contents.profile, file.sound_speed.speed_m_s) {
+        (Some(profile), _) => SoundSpeed::Profile(profile),
+        (None, Some(constant)) => SoundSpeed::Constant(constant),
+        (None, None) => SoundSpeed::Constant(speed),
+    };
+    let mount = &file.transducer.mounting_deg;
+    let campaign = UsblCampaign {
+        transducer,
+        beacons,
+        fixes,
+        attitude,
+        attitude_noise: file.attitude.noise(),
+        nominal: mount.mounting([0.0; 3]).rotation,
+        sound_speed_relative: file.sound_speed.sigma_m_s / speed,
+        sound_speed,
+        transducer_depth_m: file.transducer.depth_m.unwrap_or(1.0),
+        datum: file.control.datum(),
+    };
+    Ok(LoadedUsbl {
+        notes: notes(&file, dropped, fixes_read),
+        file,
+        campaign,
+        inputs,
+        fixes_read,
+        fixes_dropped: dropped,
+    })
+}
+
+/// Names of files for messages.
+struct Paths {
+    control: PathBuf,
+    fixes: PathBuf,
+}
+
+/// Transducer and beacons in the level frame at the surveyed transducer.
+fn control(
+    file: &UsblFile,
+    records: &ControlRecords,
+    paths: &Paths,
+    problems: &mut Vec<Problem>,
+) -> (ControlPoint, Vec<Beacon>) {
+    let level = LevelFrame::at(records, file.control.ellipsoid);
+    let (mut transducer, mut beacons) = (None, vec![]);
+    for row in &records.rows {
+        let point = level.point(row);
+        if point.position_m.norm() > FAR_M {
+            let found = format!(
+                "{} {:.0} m from the transducer",
+                row.name,
+                point.position_m.norm()
+            );
+            let expected = format!("beacons within {FAR_M} m of it, all in the same coordinates");
+            problems.push(Problem::new(&paths.control, "whole file", found, expected));
+        }
+        match row.role {
+            ControlRole::Transducer => transducer = Some(point),
+            ControlRole::Common => beacons.push(Beacon {
+                point,
+                role: Role::Common,
+            }),
+            ControlRole::Check => beacons.push(Beacon {
+                point,
+                role: Role::Check,
+            }),
+        }
+    }
+    let nowhere = ControlPoint {
+        name: String::new(),
+        position_m: Vector3::zeros(),
+        covariance_m2: Matrix3::zeros(),
+    };
+    (transducer.unwrap_or(nowhere), beacons)
+}
+
+/// The local level frame at the surveyed transducer.
+struct LevelFrame {
+    coordinates: ControlCoordinates,
+    axes: SigmaAxes,
+    ellipsoid: Ellipsoid,
+    origin_m: Vector3<f64>,
+    /// Turns geocentric differences into east, north, up; the identity for local coordinates.
+    level_from_given: Matrix3<f64>,
+}
+
+impl LevelFrame {
+    fn at(records: &ControlRecords, ellipsoid: Ellipsoid) -> Self {
+        let mut frame = Self {
+            coordinates: records.coordinates,
+            axes: records.axes,
+            ellipsoid,
+            origin_m: Vector3::zeros(),
+            level_from_given: Matrix3::identity(),
+        };
+        let transducer = records
+            .rows
+            .iter()
+            .find(|row| row.role == ControlRole::Transducer);
+        if let Some(row) = transducer {
+            frame.origin_m = frame.given(row);
+            if frame.coordinates != ControlCoordinates::Local {
+                let geodetic = ellipsoid.to_geodetic(&Point::new(frame.origin_m));
+                frame.level_from_given = ecef_from_level(&geodetic).matrix.transpose();
+            }
+        }
+        frame
+    }
+
+    /// Geocentric or local coordinates of a row, metres.
+    fn given(&self, row: &ControlRow) -> Vector3<f64> {
+        let [a, b, c] = row.coordinates;
+        if self.coordinates != ControlCoordinates::Geodetic {
+            return Vector3::new(a, b, c);
+        }
+        let geodetic = Geodetic {
+            latitude_rad: a,
+            longitude_rad: b,
+            height_m: c,
+        };
+        self.ellipsoid.to_geocentric(&geodetic).coordinates
+    }
+
+    fn point(&self, row: &ControlRow) -> ControlPoint {
+        let turn = self.level_from_given;
+        let own = Matrix3::from_diagonal(&Vector3::from(row.sigma_m.map(|s| s * s)));
+        ControlPoint {
+            name: row.name.clone(),
+            position_m: turn * (self.given(row) - self.origin_m),
+            covariance_m2: match self.axes {
+                SigmaAxes::Level => own,
+                SigmaAxes::Geocentric => turn * own * turn.transpose(),
+            },
+        }
+    }
+}
+
+fn attitude(file: &UsblFile, records: AttitudeRecords) -> Trajectory {
+    let offset_s = file.attitude.time_offset_s;
+    let times = records.time_s.iter().map(|t| t + offset_s).collect();
+    let turn = |[roll, pitch, heading]: &[f64; 3]| rotation::from_attitude(*roll, *pitch, *heading);
+    let matrices: Vec<_> = records.angles_rad.iter().map(turn).collect();
+    let zero = vec![Vector3::zeros(); matrices.len()];
+    Trajectory::new(times, zero, matrices, None, file.attitude.max_gap_s)
+}
+
+/// The speed that turns ranges into travel times and back, m/s.
+fn speeds(
+    file: &UsblFile,
+    fixes: &FixRecords,
+    profile: &Option<SoundSpeedProfile>,
+    paths: &Paths,
+    problems: &mut Vec<Problem>,
+) -> f64 {
+    let water = &file.sound_speed;
+    let middle = profile
+        .as_ref()
+        .map(|p| p.speed_m_s.iter().sum::<f64>() / p.speed_m_s.len() as f64);
+    let measured = middle.or(water.speed_m_s);
+    match (file.fixes.nominal_speed_m_s, measured, fixes.range_kind) {
+        (Some(nominal), _, _) => nominal,
+        (None, Some(measured), RangeKind::OneWay | RangeKind::TwoWay) => measured,
+        (None, None, RangeKind::OneWay | RangeKind::TwoWay) => {
+            problems.push(Problem::new(
+                &paths.fixes,
+                "columns of travel times",
+                "no sound speed in the survey file",
+                "[sound_speed] with speed_m_s or profile",
+            ));
+            1500.0
+        }
+        (None, _, RangeKind::Metres) => {
+            problems.push(Problem::new(
+                &paths.fixes,
+                "columns of ranges or coordinates",
+                "no [fixes] nominal_speed_m_s in the survey file",
+                "the sound speed with which the device made ranges of travel times",
+            ));
+            1500.0
+        }
+    }
+}
+
+fn fixes(
+    file: &UsblFile,
+    records: &FixRecords,
+    beacons: &[Beacon],
+    (attitude, speed_m_s): (&Trajectory, f64),
+    paths: &Paths,
+    problems: &mut Vec<Problem>,
+) -> (Fixes, usize) {
+    let mut out = Fixes {
+        time_s: vec![],
+        beacon: vec![],
+        travel_time_s: vec![],
+        direction: vec![],
+        speed_m_s,
+        noise: file.fixes.noise(),
+    };
+    let (mut dropped, mut unknown) = (0, vec![]);
+    let mut outside = None;
+    for k in 0..records.time_s.len() {
+        let name = &records.beacon[k];
+        let Some(beacon) = beacons.iter().position(|b| b.point.name == *name) else {
+            if !unknown.contains(name) {
+                unknown.push(name.clone());
+            }
+            continue;
+        };
+        let time_s = records.time_s[k] + file.fixes.time_offset_s;
+        if let Err(why) = attitude.pose_at(time_s) {
+            dropped += 1;
+            outside.get_or_insert((k, why));
+            continue;
+        }
+        let travel_time_s = match records.range_kind {
+            RangeKind::Metres => records.range[k] / speed_m_s,
+            RangeKind::OneWay => records.range[k],
+            RangeKind::TwoWay => 0.5 * (records.range[k] - file.fixes.turnaround_s),
+        };
+        if !(travel_time_s > 0.0) {
+            let found = format!("a travel time of {travel_time_s} s without the turnaround");
+            let place = format!("line {}", k + 2);
+            problems.push(Problem::new(&paths.fixes, place, found, "a time above 0"));
+            continue;
+        }
+        out.time_s.push(time_s);
+        out.beacon.push(beacon as u32);
+        out.travel_time_s.push(travel_time_s);
+        out.direction.push(records.direction[k]);
+    }
+    for name in unknown {
+        let known: Vec<_> = beacons.iter().map(|b| b.point.name.as_str()).collect();
+        let found = format!("beacon \"{name}\"");
+        let expected = format!("a beacon of the control file: {}", known.join(", "));
+        problems.push(Problem::new(&paths.fixes, "column beacon", found, expected));
+    }
+    if let (Some((k, why)), OutsideRule::Error) = (outside, file.attitude.outside) {
+        let place = format!("line {}, column time_s", k + 2);
+        let found = format!("{dropped} fixes without attitude, the first: {why}");
+        let expected =
+            "an attitude at every fix ([attitude] outside = \"drop\" leaves such fixes out)";
+        problems.push(Problem::new(&paths.fixes, place, found, expected));
+    }
+    (out, dropped)
+}
+
+fn notes(file: &UsblFile, dropped: usize, read: usize) -> Vec<String> {
+    let mut notes = vec![];
+    if dropped > 0 {
+        notes.push(format!(
+            "{dropped} of {read} fixes were dropped: the attitude record does not cover them"
+        ));
+    }
+    if file.sound_speed.profile.is_none() {
+        notes.push("no sound-speed profile: the rays are taken as straight".to_owned());
+    }
+    if file.control.tilt_sigma_deg == 0.0 {
+        notes.push(
+            "the deflection of the vertical (up to 0.008 deg) enters roll and pitch directly where the control is geocentric or \
+             geodetic; [control] tilt_sigma_deg counts it"
+                .to_owned(),
+        );
+    }
+    notes
+}

@@ -1,0 +1,12 @@
+//! Survey and scenario files of a USBL calibration.
+
+pub mod file;
+mod keys;
+pub mod load;
+pub mod scenario;
+pub mod write;
+
+pub use file::UsblFile;
+pub use load::{LoadedUsbl, load};
+pub use scenario::UsblScenarioFile;
+pub use write::write_survey;

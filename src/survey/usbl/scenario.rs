@@ -1,0 +1,155 @@
+//! A USBL scenario file: the scenario, and the sections that are handed on to the survey file.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+
+use super::keys;
+use crate::calibrate::usbl::{JointConfig, ReferenceConfig};
+use crate::simulate::scenario::complaint;
+use crate::simulate::usbl::Scenario;
+use crate::survey::ScenarioError;
+use crate::survey::document::Document;
+use crate::survey::schema;
+
+/// A scenario and how its survey is to be calibrated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UsblScenarioFile {
+    /// What is simulated.
+    pub scenario: Scenario,
+    /// The sections `[reference]` and `[joint]` as they stand.
+    pub calibration: toml::Table,
+}
+
+/// The sections with every default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Calibration {
+    /// The reference path.
+    pub reference: ReferenceConfig,
+    /// The joint path.
+    pub joint: JointConfig,
+}
+
+/// Reads a scenario file.
+///
+/// # Errors
+/// [`ScenarioError`]: unreadable, not TOML, unknown keys, wrong types, impossible values.
+pub fn read(file: &Path) -> Result<UsblScenarioFile, ScenarioError> {
+    let text =
+        std::fs::read_to_string(file).map_err(|error| failed(file, vec![error.to_string()]))?;
+    from_text(file, &text)
+}
+
+fn failed(file: &Path, faults: Vec<String>) -> ScenarioError {
+    ScenarioError {
+        file: file.to_owned(),
+        faults,
+    }
+}
+
+/// The scenario in a text; `file` names it in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_text(file: &Path, text: &str) -> Result<UsblScenarioFile, ScenarioError> {
+    let document = Document::parse(file, text).map_err(|problems| {
+        let fault = problems
+            .iter()
+            .map(|p| format!("{}: found {}, expected {}", p.place, p.found, p.expected));
+        failed(file, fault.collect())
+    })?;
+    let mut faults = calibration_faults(&document);
+    let (mut root, _) = DeTable::parse_recoverable(text);
+    let calibration = take_calibration(&mut root);
+    match deserialise(text, &mut root) {
+        Ok(scenario) if faults.is_empty() => Ok(UsblScenarioFile {
+            scenario,
+            calibration,
+        }),
+        Ok(_) => Err(failed(file, faults)),
+        Err(more) => {
+            faults.extend(more);
+            Err(failed(file, faults))
+        }
+    }
+}
+
+impl UsblScenarioFile {
+    /// How the scenario is to be calibrated.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] for what reading the file let through, which is nothing.
+    pub fn calibration(&self, file: &Path) -> Result<Calibration, ScenarioError> {
+        let text = self.calibration.to_string();
+        toml::from_str(&text).map_err(|e| failed(file, vec![e.message().to_owned()]))
+    }
+}
+
+/// Faults of `[reference]` and `[joint]`.
+fn calibration_faults(document: &Document<'_>) -> Vec<String> {
+    let problems = schema::check(document, keys::CALIBRATION);
+    let own = |place: &str| place.contains("[reference]") || place.contains("[joint]");
+    problems
+        .into_iter()
+        .filter(|p| own(&p.place))
+        .map(|p| format!("{}: found {}, expected {}", p.place, p.found, p.expected))
+        .collect()
+}
+
+fn take_calibration(root: &mut Spanned<DeTable<'_>>) -> toml::Table {
+    let mut take = |key: &str| {
+        let value = root.get_mut().remove(key)?;
+        let value = toml::Value::deserialize(ValueDeserializer::from(value)).ok()?;
+        Some((key.to_owned(), value))
+    };
+    ["reference", "joint"]
+        .into_iter()
+        .filter_map(&mut take)
+        .collect()
+}
+
+/// The scenario, or every unknown key, then the first other misfit, then impossible values.
+fn deserialise(text: &str, root: &mut Spanned<DeTable<'_>>) -> Result<Scenario, Vec<String>> {
+    let mut faults = vec![];
+    loop {
+        let error = match Scenario::deserialize(Deserializer::from(root.clone())) {
+            Ok(scenario) => {
+                faults.extend(scenario.check());
+                return if faults.is_empty() {
+                    Ok(scenario)
+                } else {
+                    Err(faults)
+                };
+            }
+            Err(error) => error,
+        };
+        let span = error.span();
+        let begin = span.as_ref().map_or(0, |s| s.start);
+        let line = 1 + text.bytes().take(begin).filter(|&b| b == b'\n').count();
+        faults.push(format!("line {line}: {}", complaint(error.message())));
+        let unknown = error.message().starts_with("unknown field");
+        if !(unknown && span.is_some_and(|span| remove(root.get_mut(), &span))) {
+            return Err(faults);
+        }
+    }
+}
+
+/// Removes the key at this place of the text, wherever it is; false if there is none.
+fn remove(table: &mut DeTable<'_>, span: &std::ops::Range<usize>) -> bool {
+    let here = table.keys().find(|key| key.span() == *span);
+    if let Some(name) = here.map(|key| key.get_ref().to_string()) {
+        return table.remove(name.as_str()).is_some();
+    }
+    let mut values = table.iter_mut().map(|(_, value)| value.get_mut());
+    values.any(|value| match value {
+        DeValue::Table(inner) => remove(inner, span),
+        DeValue::Array(items) => items.iter_mut().any(|item| match item.get_mut() {
+            DeValue::Table(inner) => remove(inner, span),
+            _ => false,
+        }),
+        _ => false,
+    })
+}
