@@ -7,7 +7,7 @@ use super::config::RailJointConfig;
 use super::model::{Blocks, Turned, chain, parameters};
 use super::scene::RailScene;
 use crate::adjust::{
-    AdjustError, ChainModel, Estimate, Limits, Observability, Options, Problem, Quality,
+    AdjustError, ChainModel, Estimate, Kernel, Limits, Observability, Options, Problem, Quality,
     QualityOptions, Solution, Source, observability, snoop, solve,
 };
 use crate::observe::Mounting;
@@ -16,6 +16,8 @@ use crate::observe::Mounting;
 const FIRST_GATES_M: [f64; 2] = [0.003, 0.001];
 /// A round whose first step is smaller than this (sigmas) has changed nothing, whatever ties it changed.
 const STILL_SIGMAS: f64 = 0.05;
+/// Bend of Huber's kernel in the rounds of association: a kernel that forgets far points could hold on to a wrong start.
+const PASSING_SIGMAS: f64 = 2.0;
 /// Conditions with the largest normalised residuals that are listed.
 const WORST: usize = 200;
 /// Rounds of data snooping at the most.
@@ -98,6 +100,7 @@ pub fn joint(
     };
     let (mut estimate, mut ties, mut rounds) = (Estimate::new(set), vec![], vec![]);
     let passing = Options {
+        kernel: Kernel::Huber { k: PASSING_SIGMAS },
         robust_covariance: false,
         step_tolerance_sigmas: 0.02,
         ..config.options()

@@ -273,7 +273,8 @@ impl Fitter<'_> {
         hausdorff::distance_m(&kept, &piece.samples(self.config.spacing_m))
     }
 
-    /// The mounting whose profiler stands where a transform puts it; along the rail it stays at its nominal place.
+    /// The mounting with this rotation that puts the profile's mean point where a transform puts it; along the rail the profiler stays
+    /// at its nominal place. A profiler stands tens of centimetres away, so that a tilt of its plane moves the whole profile.
     pub(super) fn placed(
         &self,
         position: usize,
@@ -287,12 +288,15 @@ impl Fitter<'_> {
         let [roll, pitch, heading] = stand.rail_attitude_rad;
         let body = rotation::from_attitude(roll, pitch, heading).transpose()
             * self.scene.attitude(position);
+        let profile = self.profile(position);
+        let mean = profile.iter().sum::<Vector2<f64>>() / profile.len().max(1) as f64;
+        let turned = body * rotation * Vector3::new(mean.x, 0.0, mean.y);
         let along = (body * (nominal - stand.pivot_body_m)).y;
-        let section = transform.shift_m - stand.pivot_rail_m;
-        let arm = body.transpose() * Vector3::new(section.x, along, section.y);
+        let section = transform.apply(&mean) - stand.pivot_rail_m;
+        let arm = Vector3::new(section.x - turned.x, along, section.y - turned.z);
         Mounting {
             rotation,
-            lever_arm_m: arm + stand.pivot_body_m,
+            lever_arm_m: body.transpose() * arm + stand.pivot_body_m,
         }
     }
 
