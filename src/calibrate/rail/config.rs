@@ -56,7 +56,7 @@ impl Default for RailJointConfig {
             kernel: KernelName::Tukey,
             kernel_width_sigma: 4.685,
             gate_sigma: 5.0,
-            max_rounds: 20,
+            max_rounds: 40,
             max_sigma_deg: 0.5,
             max_sigma_m: 0.002,
             least_turn_deg: 0.5,

@@ -13,6 +13,8 @@ use crate::units::wrap_angle;
 
 /// Fine transforms in a row at each position.
 const FINE_STEPS: usize = 4;
+/// Nearer than this a point is never left out, metres: rounding.
+const ROUNDING_M: f64 = 1e-9;
 /// Points further than so many RMS from the fitted figure are left out once.
 const TRIM: f64 = 3.0;
 /// Fewest points of a region.
@@ -268,7 +270,7 @@ impl Fitter<'_> {
         let kept: Vec<_> = points
             .iter()
             .copied()
-            .filter(|p| off(p).abs() <= TRIM * rms)
+            .filter(|p| off(p).abs() <= TRIM * rms + ROUNDING_M)
             .collect();
         hausdorff::distance_m(&kept, &piece.samples(self.config.spacing_m))
     }
@@ -337,7 +339,7 @@ impl Fitter<'_> {
 fn line_turn(standard: &Element, points: &mut Vec<Vector2<f64>>) -> Result<f64, fit2d::FitError> {
     let first = fit2d::line(points)?;
     let normal = Vector2::new(-first.direction.y, first.direction.x);
-    points.retain(|p| normal.dot(&(p - first.centroid_m)).abs() <= TRIM * first.rms_m);
+    points.retain(|p| normal.dot(&(p - first.centroid_m)).abs() <= TRIM * first.rms_m + ROUNDING_M);
     let found = fit2d::line(points)?.direction;
     let wanted = standard.tangent(0.5);
     let sense = found.dot(&wanted).signum();
@@ -348,6 +350,8 @@ fn line_turn(standard: &Element, points: &mut Vec<Vector2<f64>>) -> Result<f64, 
 /// Centre of the fitted circle; points off the fit are left out once.
 fn arc_centre(points: &mut Vec<Vector2<f64>>) -> Result<Vector2<f64>, fit2d::FitError> {
     let first = fit2d::circle(points)?;
-    points.retain(|p| ((p - first.centre_m).norm() - first.radius_m).abs() <= TRIM * first.rms_m);
+    points.retain(|p| {
+        ((p - first.centre_m).norm() - first.radius_m).abs() <= TRIM * first.rms_m + ROUNDING_M
+    });
     Ok(fit2d::circle(points)?.centre_m)
 }
