@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::sources::RailSources;
+use super::sources::{RailSources, faults};
 
 /// A rail scenario. Angles in degrees and lengths in metres, as the names say.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -191,7 +191,7 @@ impl RailScenario {
     /// What is impossible, in words; empty when nothing is.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
-        let mut faults = self.sources.faults();
+        let mut faults = faults(&self.sources);
         let mut expect = |key: &str, value: f64, low: f64, high: f64| {
             if !(value >= low && value <= high) {
                 faults.push(format!("{key}: found {value}, expected {low} to {high}"));

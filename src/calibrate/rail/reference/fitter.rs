@@ -37,6 +37,9 @@ pub(super) struct Regions {
     arc: (usize, Vec<Vector2<f64>>),
 }
 
+/// One of a position's angles, radians.
+type AngleOf = fn(&Position) -> f64;
+
 /// Which angle of the table is swept.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Axis {
@@ -184,7 +187,7 @@ impl Fitter<'_> {
     ) -> Result<Vec<SweepStep>, ReferenceError> {
         let positions = &self.scene.positions;
         let tolerance = self.config.axis_tolerance_deg.to_radians();
-        let (swept, other): (fn(&Position) -> f64, fn(&Position) -> f64) = match axis {
+        let (swept, other): (AngleOf, AngleOf) = match axis {
             Axis::Heading => (|p| p.heading_rad, |p| p.pitch_rad),
             Axis::Pitch => (|p| p.pitch_rad, |p| p.heading_rad),
         };
