@@ -38,51 +38,84 @@ fn main() {
     print_table(path, &trials);
 }
 
+/// Errors and sigmas of one parameter, or of a difference of two, over the trials.
+struct Column {
+    name: String,
+    angle: bool,
+    joint: Vec<(f64, f64)>,
+    reference: Vec<f64>,
+}
+
+fn column(trials: &[RailTrial], name: String, weights: &[(usize, f64)]) -> Column {
+    let error = |values: &[f64], t: &RailTrial| -> f64 {
+        weights
+            .iter()
+            .map(|(i, w)| w * (values[*i] - t.truth[*i]))
+            .sum()
+    };
+    let joint = |t: &RailTrial| {
+        let (values, c) = t.joint.as_ref()?;
+        let pairs = weights
+            .iter()
+            .flat_map(|a| weights.iter().map(move |b| (a, b)));
+        let variance: f64 = pairs.map(|(a, b)| a.1 * b.1 * c[(a.0, b.0)]).sum();
+        Some((error(values, t), variance.sqrt()))
+    };
+    Column {
+        name,
+        angle: trials[0].units[weights[0].0] == "rad",
+        joint: trials.iter().filter_map(joint).collect(),
+        reference: trials
+            .iter()
+            .filter_map(|t| Some(error(t.reference.as_ref()?, t)))
+            .collect(),
+    }
+}
+
 fn print_table(path: &str, trials: &[RailTrial]) {
-    let joint: Vec<_> = trials
-        .iter()
-        .filter_map(|t| Some((t, t.joint.as_ref()?)))
-        .collect();
-    let n = joint.len() as f64;
-    let factor = trials.iter().filter_map(|t| t.variance_factor).sum::<f64>() / n;
+    let usable = trials.iter().filter(|t| t.joint.is_some()).count();
+    let factor = trials.iter().filter_map(|t| t.variance_factor).sum::<f64>() / usable as f64;
     let references = trials.iter().filter(|t| t.reference.is_some()).count();
     println!(
-        "{path}: {} trials, {n} usable joint, {references} reference; mean variance factor {factor:.4}",
+        "{path}: {} trials, {usable} usable joint, {references} reference; mean variance factor {factor:.4}",
         trials.len()
     );
     println!(
-        "| parameter | unit | mean error | standard error | RMS error | mean sigma | pull RMS | pull mean | reference bias | reference RMS |"
+        "| parameter | unit | mean error | standard error | RMS error | mean sigma | pull RMS | pull mean | reference mean | reference RMS |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
-    for (i, name) in trials[0].names.iter().enumerate() {
-        let angle = trials[0].units[i] == "rad";
-        let (unit, scale) = if angle {
-            ("deg", 1f64.to_degrees())
-        } else {
-            ("mm", 1e3)
-        };
-        let errors: Vec<(f64, f64)> = joint
-            .iter()
-            .map(|(t, j)| (j.0[i] - t.truth[i], j.1[(i, i)].sqrt()))
-            .collect();
-        let mean = errors.iter().map(|e| e.0).sum::<f64>() / n;
-        let rms = (errors.iter().map(|e| e.0.powi(2)).sum::<f64>() / n).sqrt();
-        let sigma = errors.iter().map(|e| e.1).sum::<f64>() / n;
-        let pull = (errors.iter().map(|e| (e.0 / e.1).powi(2)).sum::<f64>() / n).sqrt();
-        let bias = errors.iter().map(|e| e.0 / e.1).sum::<f64>() / n;
-        let old: Vec<f64> = trials
-            .iter()
-            .filter_map(|t| Some(t.reference.as_ref()?[i] - t.truth[i]))
-            .collect();
-        let m = old.len() as f64;
-        println!(
-            "| {name} | {unit} | {:.5} | {:.5} | {:.5} | {:.5} | {pull:.3} | {bias:+.3} | {:.4} | {:.4} |",
-            mean * scale,
-            rms * scale / n.sqrt(),
-            rms * scale,
-            sigma * scale,
-            old.iter().sum::<f64>() / m * scale,
-            (old.iter().map(|e| e * e).sum::<f64>() / m).sqrt() * scale
-        );
+    let names = &trials[0].names;
+    for (i, name) in names.iter().enumerate() {
+        print_row(&column(trials, name.clone(), &[(i, 1.0)]));
     }
+    if names.len() >= 12 {
+        for i in 0..5 {
+            let name = format!("{} - {}", names[i], names[i + 5]);
+            print_row(&column(trials, name, &[(i, 1.0), (i + 5, -1.0)]));
+        }
+    }
+}
+
+fn print_row(c: &Column) {
+    let (unit, scale) = if c.angle {
+        ("deg", 1f64.to_degrees())
+    } else {
+        ("mm", 1e3)
+    };
+    let n = c.joint.len() as f64;
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| c.joint.iter().map(of).sum::<f64>() / n;
+    let rms = mean(&|e| e.0 * e.0).sqrt();
+    let m = c.reference.len() as f64;
+    println!(
+        "| {} | {unit} | {:.5} | {:.5} | {:.5} | {:.5} | {:.3} | {:+.3} | {:.4} | {:.4} |",
+        c.name,
+        mean(&|e| e.0) * scale,
+        rms * scale / n.sqrt(),
+        rms * scale,
+        mean(&|e| e.1) * scale,
+        mean(&|e| (e.0 / e.1).powi(2)).sqrt(),
+        mean(&|e| e.0 / e.1),
+        c.reference.iter().sum::<f64>() / m * scale,
+        (c.reference.iter().map(|e| e * e).sum::<f64>() / m).sqrt() * scale
+    );
 }

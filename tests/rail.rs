@@ -131,7 +131,10 @@ fn conditions_vanish_at_the_truth_and_derive_as_differences_do() {
     assert!(faults.is_empty(), "{faults:?}");
 }
 
-/// Without noise the joint path finds the truth to a thousandth of its own sigma, and the patent's path the roll to its coarse points.
+/// The engine stops when no step exceeds 0.01 sigma; twice that is allowed.
+const REST_SIGMAS: f64 = 0.02;
+
+/// Without noise the joint path finds the truth to the engine's tolerance, and the patent's path the roll to its coarse points.
 #[test]
 fn without_noise_the_truth_is_found() {
     let survey = without_noise(&thin());
@@ -150,7 +153,7 @@ fn without_noise_the_truth_is_found() {
     for (k, (found, truth)) in found.iter().zip(&truth).enumerate() {
         let sigma = joint.covariance[(k, k)].sqrt();
         assert!(
-            (found - truth).abs() < 1e-3 * sigma,
+            (found - truth).abs() < REST_SIGMAS * sigma,
             "{k}: {found} {truth} {sigma}"
         );
     }
@@ -166,12 +169,41 @@ fn without_noise_the_truth_is_found() {
     }
 }
 
+/// A rail that runs east-south-east, leans and climbs: the same truth.
+#[test]
+fn the_rail_may_point_anywhere() {
+    let mut scenario = thin();
+    scenario.rail.orientation_deg.heading = 100.0;
+    scenario.rail.orientation_deg.roll = 0.4;
+    scenario.rail.orientation_deg.pitch = -0.3;
+    let survey = without_noise(&scenario);
+    let (rail, configs) = (chn60(), Default::default());
+    let outcome = calibrated(&survey.campaign, &rail, &configs);
+    assert_eq!(outcome.refusal, None);
+    let joint = outcome.joint.expect("ran").expect("solved");
+    let profilers = &survey.campaign.profilers;
+    let truth = corrections(survey.reality.mountings.iter(), profilers);
+    let found = corrections(joint.mountings.iter(), profilers);
+    for (k, (found, truth)) in found.iter().zip(&truth).enumerate() {
+        let sigma = joint.covariance[(k, k)].sqrt();
+        assert!(
+            (found - truth).abs() < REST_SIGMAS * sigma,
+            "{k}: {found} {truth} {sigma}"
+        );
+    }
+    let reference = outcome.reference.expect("ran").expect("found");
+    for (found, mounting) in reference.iter().zip(&survey.reality.mountings) {
+        let roll = found.mounting.angles().0 - mounting.angles().0;
+        assert!(roll.abs() < 0.1f64.to_radians(), "{}", roll.to_degrees());
+    }
+}
+
 fn trials(scenario: &RailScenario, count: u64) -> Vec<RailTrial> {
     let one = |seed| trial(scenario, &chn60(), &scenario.sources, seed).expect("a scenario");
     (1..=count).map(one).collect()
 }
 
-/// Seeds 1 to 24, without selection: the normalised squared error of all ten parameters together is chi-square, and the patent's path has the
+/// Seeds 1 to 24, without selection: the normalised squared error of all twelve parameters together is chi-square, and the patent's path has the
 /// larger heading error.
 #[test]
 fn errors_are_as_large_as_reported() {
@@ -181,12 +213,12 @@ fn errors_are_as_large_as_reported() {
     for t in &trials {
         let (found, covariance) = t.joint.as_ref().expect("usable");
         let e =
-            nalgebra::DVector::from_iterator(10, found.iter().zip(&t.truth).map(|(f, t)| f - t));
+            nalgebra::DVector::from_iterator(12, found.iter().zip(&t.truth).map(|(f, t)| f - t));
         let scale =
             nalgebra::DMatrix::from_diagonal(&covariance.diagonal().map(|v| v.sqrt().recip()));
         let (e, c) = (&scale * e, &scale * covariance * &scale);
         sum += e.dot(&c.cholesky().expect("regular").solve(&e));
-        count += 10;
+        count += 12;
         new += (found[2] - t.truth[2]).powi(2);
         old += t
             .reference
@@ -199,17 +231,13 @@ fn errors_are_as_large_as_reported() {
     assert!(old > 100.0 * new, "{old} {new}");
 }
 
-/// A fifth of the rays in dust and every third profile partly hidden move no parameter by one of its sigmas.
+/// A fifth of the rays in dust, while every third profile is partly hidden, move no parameter by one of its sigmas.
 #[test]
 fn dust_does_not_move_the_result() {
     let mut scenario = thin();
     scenario.disturbance.dust_fraction = 0.2;
     scenario.disturbance.occlusion_fraction = 0.3;
-    let clean = scenario
-        .sources
-        .clone()
-        .with(RailSource::Dust, 0.0)
-        .with(RailSource::Occlusion, 0.0);
+    let clean = scenario.sources.clone().with(RailSource::Dust, 0.0);
     let rail = chn60();
     for seed in 1..=3 {
         let without = trial(&scenario, &rail, &clean, seed)
@@ -220,12 +248,11 @@ fn dust_does_not_move_the_result() {
             .expect("a scenario")
             .joint
             .expect("usable");
-        for k in 0..10 {
+        for k in 0..12 {
             let sigma = without.1[(k, k)].sqrt();
-            assert!(
-                (with.0[k] - without.0[k]).abs() < sigma,
-                "seed {seed}, parameter {k}"
-            );
+            let moved = (with.0[k] - without.0[k]) / sigma;
+            println!("seed {seed}, parameter {k}: {moved:+.2} sigmas");
+            assert!(moved.abs() < 1.0, "seed {seed}, parameter {k}: {moved}");
         }
     }
 }
@@ -257,7 +284,9 @@ fn undetermined_parameters_are_refused_by_name() {
 /// A rail that is one straight face tells neither height nor heading.
 #[test]
 fn a_straight_line_alone_is_refused() {
-    let survey = simulate(&thin(), &chn60(), 1).expect("a survey");
+    let mut scenario = thin();
+    scenario.sources = RailSources::only(&[RailSource::Lateral, RailSource::Vertical]);
+    let survey = simulate(&scenario, &chn60(), 1).expect("a survey");
     let mut campaign = survey.campaign.clone();
     let mut rail = chn60();
     let flank = rail.line_region[1];
@@ -279,6 +308,7 @@ fn a_straight_line_alone_is_refused() {
         .filter(on_flank)
         .map(|p| p.row as usize)
         .collect();
+    assert!(rows.len() > 200, "{}", rows.len());
     let of = |column: &[f64]| rows.iter().map(|&r| column[r]).collect::<Vec<f64>>();
     let p = &survey.campaign.points;
     campaign.points.time_s = of(&p.time_s);
@@ -286,6 +316,7 @@ fn a_straight_line_alone_is_refused() {
     campaign.points.z_m = of(&p.z_m);
     campaign.points.profiler = vec![0; rows.len()];
     campaign.profilers.remove(0);
+    campaign.profilers[0].nominal = survey.reality.mountings[1];
     rail.elements = vec![rail.elements[flank]];
     rail.names = vec![rail.names[flank].clone()];
     (rail.line_region, rail.arc_region) = (vec![0], vec![]);

@@ -34,7 +34,7 @@ impl Default for RailReferenceConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RailJointConfig {
-    /// Robust kernel.
+    /// Robust kernel of the last adjustment; the rounds before use Huber's.
     pub kernel: KernelName,
     /// Width of the kernel in sigmas.
     pub kernel_width_sigma: f64,
@@ -53,10 +53,10 @@ pub struct RailJointConfig {
 impl Default for RailJointConfig {
     fn default() -> Self {
         Self {
-            kernel: KernelName::Huber,
-            kernel_width_sigma: 2.0,
+            kernel: KernelName::Tukey,
+            kernel_width_sigma: 4.685,
             gate_sigma: 5.0,
-            max_rounds: 20,
+            max_rounds: 40,
             max_sigma_deg: 0.5,
             max_sigma_m: 0.002,
             least_turn_deg: 0.5,

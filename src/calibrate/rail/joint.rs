@@ -7,15 +7,17 @@ use super::config::RailJointConfig;
 use super::model::{Blocks, Turned, chain, parameters};
 use super::scene::RailScene;
 use crate::adjust::{
-    AdjustError, ChainModel, Estimate, Limits, Observability, Options, Problem, Quality,
-    QualityOptions, Solution, Source, observability, snoop, solve,
+    AdjustError, ChainModel, Estimate, Kernel, Limits, Observability, Options, Problem, Quality,
+    QualityOptions, Solution, Source, Status, observability, snoop, solve,
 };
 use crate::observe::Mounting;
 
 /// Gates of the first rounds, metres: the start knows neither heading nor pitch.
 const FIRST_GATES_M: [f64; 2] = [0.003, 0.001];
 /// A round whose first step is smaller than this (sigmas) has changed nothing, whatever ties it changed.
-const STILL_SIGMAS: f64 = 0.05;
+const STILL_SIGMAS: f64 = 0.1;
+/// Bend of Huber's kernel in the rounds of association: a kernel that forgets far points could hold on to a wrong start.
+const PASSING_SIGMAS: f64 = 2.0;
 /// Conditions with the largest normalised residuals that are listed.
 const WORST: usize = 200;
 /// Rounds of data snooping at the most.
@@ -98,6 +100,7 @@ pub fn joint(
     };
     let (mut estimate, mut ties, mut rounds) = (Estimate::new(set), vec![], vec![]);
     let passing = Options {
+        kernel: Kernel::Huber { k: PASSING_SIGMAS },
         robust_covariance: false,
         step_tolerance_sigmas: 0.02,
         ..config.options()
@@ -106,6 +109,9 @@ pub fn joint(
     for round in 0..config.max_rounds as usize {
         let gate_m = frame.gate_m(round);
         let now = frame.associate(&estimate, gate_m);
+        if 2 * now.len() < ties.len() {
+            break; // the last adjustment ran away along a direction that the data do not determine
+        }
         let changed = changed(&ties, &now);
         let last = round >= FIRST_GATES_M.len();
         ties = now;
@@ -127,8 +133,9 @@ pub fn joint(
             changed,
             iterations,
         });
+        let singular = matches!(solution.status, Status::RankDeficient { .. });
         estimate = solution.estimate;
-        if stable {
+        if stable || singular {
             break;
         }
     }

@@ -14,7 +14,7 @@ use crate::adjust::{
     ProcessKind, Unit,
 };
 use crate::geometry::rotation;
-use crate::observe::Mounting;
+use crate::observe::{Mounting, Stand};
 
 /// Visible quantity of the chain that is the error of the turn about the vertical.
 pub const TURN_HEADING: usize = 3;
@@ -62,8 +62,10 @@ fn diagonal(sigmas: &[f64]) -> DMatrix<f64> {
     ))
 }
 
-fn euclidean(name: &str, parts: &[String], unit: Unit, value: &[f64]) -> Block {
-    let components = parts.iter().map(|part| Component::new(part.clone(), unit));
+fn metres(name: &str, parts: &[String], value: &[f64]) -> Block {
+    let components = parts
+        .iter()
+        .map(|part| Component::new(part.clone(), Unit::Metre));
     Block::euclidean(name, components.collect(), value)
 }
 
@@ -88,7 +90,32 @@ pub fn parameters(
     scene: &RailScene,
     start: &[Mounting],
 ) -> Result<(ParameterSet, Blocks), AdjustError> {
-    let (mut set, stand) = (ParameterSet::new(), &scene.campaign.stand);
+    let mut set = ParameterSet::new();
+    let mountings = mounting_blocks(&mut set, scene, start)?;
+    let s = &scene.campaign.stand;
+    let blocks = Blocks {
+        mountings,
+        level: set.push(level_block(s))?,
+        seat: set.push(known(
+            turn("seat of the beam", &axes("seat"), &Matrix3::identity()),
+            &[s.seating_sigma_rad; 3],
+        ))?,
+        rail: set.push(rail_block(s))?,
+        pivot_body: set.push(pivot_body_block(s))?,
+        pivot_rail: set.push(pivot_rail_block(s))?,
+        profile: profile_block(scene)
+            .map(|block| set.push(block))
+            .transpose()?,
+    };
+    Ok((set, blocks))
+}
+
+/// The parameters sought first, profiler by profiler, then the lever arms along the rail.
+fn mounting_blocks(
+    set: &mut ParameterSet,
+    scene: &RailScene,
+    start: &[Mounting],
+) -> Result<Vec<MountingBlocks>, AdjustError> {
     let profilers = &scene.campaign.profilers;
     let mut sought = vec![];
     for (profiler, mounting) in profilers.iter().zip(start) {
@@ -96,70 +123,46 @@ pub fn parameters(
         let three = ["pitch", "roll", "yaw"].map(name);
         let rotation = set.push(turn(&name("rotation"), &three, &mounting.rotation))?;
         let arm = [mounting.lever_arm_m.x, mounting.lever_arm_m.z];
-        let two = ["lx", "lz"].map(name);
-        sought.push((
-            rotation,
-            set.push(euclidean(&name("lever arm"), &two, Unit::Metre, &arm))?,
-        ));
+        let arm = metres(&name("lever arm"), &["lx", "lz"].map(name), &arm);
+        sought.push((rotation, set.push(arm)?));
     }
-    let mut mountings = vec![];
+    let mut all = vec![];
     for ((rotation, arm), profiler) in sought.into_iter().zip(profilers) {
-        let name = format!("{} ly", profiler.name);
-        let block = euclidean(
-            &name,
-            std::slice::from_ref(&name),
-            Unit::Metre,
-            &[profiler.nominal.lever_arm_m.y],
-        );
+        let name = [format!("{} ly", profiler.name)];
+        let block = metres(&name[0], &name, &[profiler.nominal.lever_arm_m.y]);
         let along = set.push(known(block, &[profiler.along_sigma_m]))?;
-        mountings.push(MountingBlocks {
+        all.push(MountingBlocks {
             rotation,
             arm,
             along,
         });
     }
-    let (identity, s) = (Matrix3::identity(), stand);
-    let level = ["table tilt x", "table tilt y", "table zero"].map(str::to_owned);
-    let level = known(
-        turn("table level", &level, &identity),
-        &[s.level_sigma_rad, s.level_sigma_rad, s.zero_sigma_rad],
-    );
-    let seat = known(
-        turn("seat of the beam", &axes("seat"), &identity),
-        &[s.seating_sigma_rad; 3],
-    );
-    let [roll, pitch, heading] = s.rail_attitude_rad;
-    let rail = turn(
-        "rail orientation",
-        &axes("rail orientation"),
-        &rotation::from_attitude(roll, pitch, heading),
-    );
-    let rail = known(rail, s.rail_attitude_sigma_rad.as_slice());
-    let body = euclidean(
-        "pivot in the body",
-        &axes("pivot in the body"),
-        Unit::Metre,
-        s.pivot_body_m.as_slice(),
-    );
-    let section = ["pivot at the rail x", "pivot at the rail z"].map(str::to_owned);
-    let section = euclidean(
-        "pivot at the rail",
-        &section,
-        Unit::Metre,
-        s.pivot_rail_m.as_slice(),
-    );
-    let blocks = Blocks {
-        mountings,
-        level: set.push(level)?,
-        seat: set.push(seat)?,
-        rail: set.push(rail)?,
-        pivot_body: set.push(known(body, &[s.pivot_body_sigma_m; 3]))?,
-        pivot_rail: set.push(known(section, &[s.pivot_rail_sigma_m; 2]))?,
-        profile: profile_block(scene)
-            .map(|block| set.push(block))
-            .transpose()?,
-    };
-    Ok((set, blocks))
+    Ok(all)
+}
+
+fn level_block(s: &Stand) -> Block {
+    let parts = ["table tilt x", "table tilt y", "table zero"].map(str::to_owned);
+    let sigmas = [s.level_sigma_rad, s.level_sigma_rad, s.zero_sigma_rad];
+    known(turn("table level", &parts, &Matrix3::identity()), &sigmas)
+}
+
+fn rail_block(s: &Stand) -> Block {
+    let (name, [roll, pitch, heading]) = ("rail orientation", s.rail_attitude_rad);
+    let nominal = rotation::from_attitude(roll, pitch, heading);
+    let sigmas = s.rail_attitude_sigma_rad;
+    known(turn(name, &axes(name), &nominal), sigmas.as_slice())
+}
+
+fn pivot_body_block(s: &Stand) -> Block {
+    let name = "pivot in the body";
+    let block = metres(name, &axes(name), s.pivot_body_m.as_slice());
+    known(block, &[s.pivot_body_sigma_m; 3])
+}
+
+fn pivot_rail_block(s: &Stand) -> Block {
+    let parts = ["pivot at the rail x", "pivot at the rail z"].map(str::to_owned);
+    let block = metres("pivot at the rail", &parts, s.pivot_rail_m.as_slice());
+    known(block, &[s.pivot_rail_sigma_m; 2])
 }
 
 fn profile_block(scene: &RailScene) -> Option<Block> {
@@ -173,7 +176,7 @@ fn profile_block(scene: &RailScene) -> Option<Block> {
     let zeros = vec![0.0; names.len()];
     (sigma > 0.0).then(|| {
         known(
-            euclidean("rail profile", &names, Unit::Metre, &zeros),
+            metres("rail profile", &names, &zeros),
             &vec![sigma; names.len()],
         )
     })

@@ -13,7 +13,7 @@ use crate::target::RailProfile;
 /// What one seed gave.
 #[derive(Clone, Debug)]
 pub struct RailTrial {
-    /// Names of the parameters: pitch, roll, yaw, lx, lz of each profiler in turn.
+    /// Names of the parameters: pitch, roll, yaw, lx, lz of each profiler in turn, then ly of each.
     pub names: Vec<String>,
     /// Units, `rad` or `m`.
     pub units: Vec<&'static str>,
@@ -104,19 +104,26 @@ pub fn trial_with(
         .and_then(|j| j.as_ref().ok())
         .filter(|_| outcome.refusal.is_none());
     let by_reference = outcome.reference.as_ref().and_then(|r| r.as_ref().ok());
+    let all = |mountings: Vec<Mounting>| {
+        let mut values = corrections(mountings.iter(), profilers);
+        let along = mountings.iter().zip(profilers);
+        values.extend(along.map(|(m, p)| m.lever_arm_m.y - p.nominal.lever_arm_m.y));
+        values
+    };
+    let count = (SOUGHT + 1) * profilers.len();
+    let mut named = names(profilers);
+    named.extend(profilers.iter().map(|p| format!("{} ly", p.name)));
+    let angles = profilers
+        .iter()
+        .flat_map(|_| ["rad", "rad", "rad", "m", "m"]);
     Ok(RailTrial {
-        names: names(profilers),
-        units: profilers
-            .iter()
-            .flat_map(|_| ["rad", "rad", "rad", "m", "m"])
-            .collect(),
-        truth: corrections(simulated.reality.mountings.iter(), profilers),
-        reference: by_reference.map(|all| corrections(all.iter().map(|r| &r.mounting), profilers)),
+        names: named,
+        units: angles.chain(profilers.iter().map(|_| "m")).collect(),
+        truth: all(simulated.reality.mountings.clone()),
+        reference: by_reference.map(|found| all(found.iter().map(|r| r.mounting).collect())),
         joint: usable.map(|j| {
-            (
-                corrections(j.mountings.iter(), profilers),
-                j.covariance.clone(),
-            )
+            let covariance = j.solution.cofactor.view((0, 0), (count, count));
+            (all(j.mountings.clone()), covariance.into_owned())
         }),
         variance_factor: usable.map(|j| j.quality.global.variance_factor),
         refusal: outcome.refusal.as_ref().map(ToString::to_string),

@@ -13,6 +13,7 @@ function buildHead() {
   head.textContent = DATA.headline;
   if (!RESULT.usable) head.className = "refused";
   const used = RESULT.counts.reduce((sum, c) => sum + c.used, 0), read = RESULT.counts.reduce((sum, c) => sum + c.read, 0);
+  section("footer").textContent = `${RESULT.software.name} ${RESULT.software.version}. The numbers of this page, in full precision, are in result.json beside it.`;
   section("chips").append(chip(RESULT.usable ? "usable" : "not usable", RESULT.usable ? "good" : "bad"), chip(RESULT.rail), chip(`${NAMES.length} profilers`),
     chip(`${RESULT.positions} positions, turned by ${short(RESULT.turned_deg[0])} and ${short(RESULT.turned_deg[1])} deg`), chip(`${grouped(used)} of ${grouped(read)} points used`));
 }
@@ -50,12 +51,12 @@ function buildProfiles() {
     const middle = regionMiddle(k, region);
     if (!middle) return null;
     const view = [middle[0] - 5, middle[0] + 5, middle[1] - 4, middle[1] + 4];
-    return el("figure", {}, el("h3", {}, name, el("small", {}, `  ${words}`)), crossSection(`${name}, ${words}`, view, 330, 1.7, sorted.filter(s => s.profiler === k)));
+    return el("figure", {}, el("h3", {}, name, el("small", {}, `  ${words}`)), crossSection(`${name}, ${words}`, view, 310, 1.7, sorted.filter(s => s.profiler === k)));
   }));
   add("profiles", "Measured profiles on the standard profile", keys([...paths.map(path => ({ name: PATH_NAMES[path], colour: PATH_INK[path] })), { name: "regions of the patent's path", colour: "#c0392b" }]),
-    el("div", { class: "still" }, el("figure", {}, crossSection("profiles on the standard profile", whole, 480, 1, sorted)), el("div", { class: "row3", style: "flex:1 1 640px" }, zooms)),
+    el("div", { style: "display:flex;flex-wrap:wrap;gap:18px" }, el("figure", {}, crossSection("profiles on the standard profile", whole, 460, 1, sorted)), el("div", { style: "display:grid;grid-template-columns:310px 310px;gap:4px 16px;align-content:start" }, zooms)),
     note("Points at the position of the table nearest to level, under the nominal mounting and under the mounting of each path, with the INS' attitude and the nominal place of the table's centre."),
-    table(["RMS distance of all points used", number("mm")], Object.entries(RESULT.residual_rms_m).map(([path, m]) => [PATH_NAMES[path] || path, number(digits(m * 1e3, 4))])));
+    table(["RMS distance of all points used", number("mm")], ["nominal", "reference", "joint"].filter(path => path in RESULT.residual_rms_m).map(path => [path, RESULT.residual_rms_m[path]]).map(([path, m]) => [PATH_NAMES[path] || path, number(digits(m * 1e3, 4))])));
 }
 
 // HAUSDORFF CURVES
@@ -75,7 +76,7 @@ function sweepPlot(k, steps, which, title) {
 function buildSweeps() {
   if (!REFERENCE || !REFERENCE.usable) return;
   add("sweeps", "Hausdorff distance while the table turns", keys([{ name: "distance", colour: PATH_INK.reference, dash: "" }, { name: "its minimum: the patent's path", colour: PATH_INK.reference, dash: "5 3" }, { name: "where the joint solution compensates the bias", colour: PATH_INK.joint, dash: "" }]),
-    el("div", { class: "row3" }, REFERENCE.steps.flatMap((s, k) => [sweepPlot(k, s.heading_sweep, "heading", "straight region, turn about the vertical"), sweepPlot(k, s.pitch_sweep, "pitch", "arc region, turn about the lateral axis")])),
+    el("div", { class: "grid2", style: "grid-template-columns:1fr 1fr" }, REFERENCE.steps.flatMap((s, k) => [sweepPlot(k, s.heading_sweep, "heading", "straight region, turn about the vertical"), sweepPlot(k, s.pitch_sweep, "pitch", "arc region, turn about the lateral axis")])),
     note("A minimum stands where the turn cancels the mounting's bias: bias = -(turn at the minimum). A distance that is a maximum over noisy points is flat near its minimum, so its place scatters."));
 }
 
@@ -98,7 +99,7 @@ function buildResiduals() {
   const places = [...new Set(all.map(r => r.position))].sort((a, b) => a - b);
   const byPosition = NAMES.map((name, k) => ({ colour: WHEEL[k], points: places.map(p => [p + 1, all.filter(r => r.position === p && r.profiler === k).map(r => r.joint_mm)]).filter(([, own]) => own.length > 5).map(([p, own]) => [p, mean(own)]) }));
   add("residuals", "Residuals of the joint solution", keys([...NAMES.map((name, k) => ({ name, colour: WHEEL[k], dash: "" })), { name: "normal of the same RMS", colour: "#8a97a1", dash: "4 3" }]),
-    el("div", { class: "row3" }, plot({ title: "Distribution", sub: `${grouped(all.length)} points`, x: { label: "distance from the element, mm" }, y: { label: "density, 1/mm" }, series: [...series, { colour: "#8a97a1", dash: "4 3", dots: false, points: normal }], width: 560, height: 280 }),
+    el("div", { class: "grid2", style: "grid-template-columns:1fr 1fr" }, plot({ title: "Distribution", sub: `${grouped(all.length)} points`, x: { label: "distance from the element, mm" }, y: { label: "density, 1/mm" }, series: [...series, { colour: "#8a97a1", dash: "4 3", dots: false, points: normal }], width: 560, height: 280 }),
       plot({ title: "Mean at each position", x: { label: "position of the table", whole: true }, y: { label: "mean distance, mm" }, series: byPosition, width: 560, height: 280 })),
     table(["element", number("points shown"), number("mean, mm"), number("RMS, mm")], rows.map(({ e, own }) => [e.name, number(String(own.length)), number(digits(mean(own), 4)), number(digits(rms(own), 4))])));
 }

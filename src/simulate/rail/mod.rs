@@ -15,6 +15,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use super::switches::Draws;
 use crate::geometry::rotation;
 use crate::observe::{
     AttitudeNoise, AttitudeRecord, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord,
@@ -22,7 +23,7 @@ use crate::observe::{
 use crate::target::RailProfile;
 use cast::Body;
 use scenario::{Angles, ProfilerSection};
-use sources::Draws;
+use sources::happens;
 
 /// The scenario of `boresight demo rail`.
 pub const DEMO: &str = include_str!("../../../models/scenarios/rail.toml");
@@ -264,7 +265,7 @@ fn profile(
             vertical.normal(section.vertical_sigma_m),
         );
         let (dusty, depth) = (
-            dust.happens(d.dust_fraction),
+            happens(dust, d.dust_fraction),
             dust.uniform() * d.dust_depth_m,
         );
         let Some(range) = body.hit(&origin, &(rail_from_profiler * direction)) else {
@@ -281,7 +282,7 @@ fn profile(
 
 /// The run of rays (parts of the fan) that something hides in this profile.
 fn hidden(draws: &mut Draws, fraction: f64, width: f64) -> (f64, f64) {
-    let (happens, place) = (draws.happens(fraction), draws.uniform());
+    let (happens, place) = (happens(draws, fraction), draws.uniform());
     if !happens {
         return (0.0, 0.0);
     }

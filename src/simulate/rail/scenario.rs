@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::sources::RailSources;
+use super::sources::{RailSources, faults};
 
 /// A rail scenario. Angles in degrees and lengths in metres, as the names say.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -191,83 +191,128 @@ impl RailScenario {
     /// What is impossible, in words; empty when nothing is.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
-        let mut faults = self.sources.faults();
-        let mut expect = |key: &str, value: f64, low: f64, high: f64| {
-            if !(value >= low && value <= high) {
-                faults.push(format!("{key}: found {value}, expected {low} to {high}"));
-            }
-        };
-        let small = 1e-12;
-        expect(
-            "attitude.roll_pitch_sigma_deg",
-            self.attitude.roll_pitch_sigma_deg,
-            small,
-            10.0,
-        );
-        expect(
-            "attitude.heading_sigma_deg",
-            self.attitude.heading_sigma_deg,
-            small,
-            10.0,
-        );
-        expect("attitude.rate_hz", self.attitude.rate_hz, 0.01, 1e4);
-        for (k, sigma) in self.rail.orientation_sigma_deg.iter().enumerate() {
-            expect(
-                &format!("rail.orientation_sigma_deg[{k}]"),
-                *sigma,
-                small,
-                10.0,
-            );
-        }
-        expect("rail.profile_sigma_m", self.rail.profile_sigma_m, 0.0, 0.01);
-        let t = &self.table;
-        for (key, sigma) in [
-            ("angle", t.angle_sigma_deg),
-            ("level", t.level_sigma_deg),
-            ("zero", t.zero_sigma_deg),
-            ("seating", t.seating_sigma_deg),
-        ] {
-            expect(&format!("table.{key}_sigma_deg"), sigma, small, 10.0);
-        }
-        expect("table.pivot_body_sigma_m", t.pivot_body_sigma_m, small, 1.0);
-        expect("table.pivot_rail_sigma_m", t.pivot_rail_sigma_m, small, 1.0);
-        expect("table.rest_s", t.rest_s, 1e-3, 1e5);
-        for (key, [from, to, step]) in [
-            ("heading", t.heading_sweep_deg),
-            ("pitch", t.pitch_sweep_deg),
-        ] {
-            expect(&format!("table.{key}_sweep_deg[0]"), from, -45.0, 45.0);
-            expect(&format!("table.{key}_sweep_deg[1]"), to, from, 45.0);
-            expect(&format!("table.{key}_sweep_deg[2]"), step, 1e-3, 90.0);
-        }
-        let d = &self.disturbance;
-        for (key, part) in [
-            ("dust_fraction", d.dust_fraction),
-            ("occlusion_fraction", d.occlusion_fraction),
-            ("occlusion_width", d.occlusion_width),
-        ] {
-            expect(&format!("disturbance.{key}"), part, 0.0, 1.0);
-        }
-        expect("disturbance.dust_depth_m", d.dust_depth_m, 0.0, 1.0);
-        for (k, p) in self.profiler.iter().enumerate() {
-            let key = |name: &str| format!("profiler {} ({}): {name}", k + 1, p.name);
-            expect(&key("lateral_sigma_m"), p.lateral_sigma_m, small, 0.1);
-            expect(&key("vertical_sigma_m"), p.vertical_sigma_m, small, 0.1);
-            expect(&key("along_sigma_m"), p.along_sigma_m, small, 1.0);
-            expect(&key("field_deg"), p.field_deg, 0.1, 170.0);
-            expect(&key("rays"), f64::from(p.rays), 2.0, 1e5);
-            expect(&key("profiles"), f64::from(p.profiles), 1.0, 1e5);
-        }
+        let ranges = self.stand_ranges().into_iter().chain(self.sweep_ranges());
+        let ranges = ranges.chain(self.profiler_ranges());
+        let mut faults = faults(&self.sources);
+        faults.extend(ranges.filter_map(|range| range.fault()));
         if self.profiler.is_empty() {
             faults.push("profiler: found none, expected at least one [[profiler]]".to_owned());
         }
         if self.procedure != "rail" {
-            faults.push(format!(
-                "procedure: found \"{}\", expected \"rail\"",
-                self.procedure
-            ));
+            let found = &self.procedure;
+            faults.push(format!("procedure: found \"{found}\", expected \"rail\""));
         }
         faults
+    }
+
+    fn stand_ranges(&self) -> Vec<Range> {
+        let (a, r, t) = (&self.attitude, &self.rail, &self.table);
+        let mut all = vec![
+            range(
+                "attitude.roll_pitch_sigma_deg",
+                a.roll_pitch_sigma_deg,
+                LEAST,
+                10.0,
+            ),
+            range(
+                "attitude.heading_sigma_deg",
+                a.heading_sigma_deg,
+                LEAST,
+                10.0,
+            ),
+            range("attitude.rate_hz", a.rate_hz, 0.01, 1e4),
+            range("rail.profile_sigma_m", r.profile_sigma_m, 0.0, 0.01),
+            range("table.angle_sigma_deg", t.angle_sigma_deg, LEAST, 10.0),
+            range("table.level_sigma_deg", t.level_sigma_deg, LEAST, 10.0),
+            range("table.zero_sigma_deg", t.zero_sigma_deg, LEAST, 10.0),
+            range("table.seating_sigma_deg", t.seating_sigma_deg, LEAST, 10.0),
+            range("table.pivot_body_sigma_m", t.pivot_body_sigma_m, LEAST, 1.0),
+            range("table.pivot_rail_sigma_m", t.pivot_rail_sigma_m, LEAST, 1.0),
+            range("table.rest_s", t.rest_s, 1e-3, 1e5),
+        ];
+        let sigmas = r.orientation_sigma_deg.iter();
+        all.extend(sigmas.map(|s| range("rail.orientation_sigma_deg", *s, LEAST, 10.0)));
+        let places = t.pivot_body_m.iter().chain(&t.pivot_rail_m);
+        all.extend(places.map(|p| range("table.pivot", *p, -10.0, 10.0)));
+        let o = &r.orientation_deg;
+        let angles = [o.roll, o.pitch, o.heading];
+        all.extend(angles.map(|v| range("rail.orientation_deg", v, -360.0, 360.0)));
+        all
+    }
+
+    fn sweep_ranges(&self) -> Vec<Range> {
+        let (t, d) = (&self.table, &self.disturbance);
+        let mut all = vec![
+            range("disturbance.dust_fraction", d.dust_fraction, 0.0, 1.0),
+            range("disturbance.dust_depth_m", d.dust_depth_m, 0.0, 1.0),
+            range(
+                "disturbance.occlusion_fraction",
+                d.occlusion_fraction,
+                0.0,
+                1.0,
+            ),
+            range("disturbance.occlusion_width", d.occlusion_width, 0.0, 1.0),
+        ];
+        let sweeps = [
+            ("table.heading_sweep_deg", t.heading_sweep_deg),
+            ("table.pitch_sweep_deg", t.pitch_sweep_deg),
+        ];
+        for (key, [from, to, step]) in sweeps {
+            all.push(range(key, from, -45.0, 45.0));
+            all.push(range(key, to, from, 45.0));
+            all.push(range(key, step, 1e-3, 90.0));
+        }
+        all
+    }
+
+    fn profiler_ranges(&self) -> Vec<Range> {
+        let one = |(k, p): (usize, &ProfilerSection)| {
+            let key = |name: &str| format!("profiler {} ({}): {name}", k + 1, p.name);
+            let (m, c) = (&p.mounting_deg, &p.correction_deg);
+            let angles = [m.roll, m.pitch, m.heading, c.pitch, c.roll, c.yaw];
+            let places = p.lever_arm_m.into_iter().chain(p.lever_arm_correction_m);
+            let mut all = vec![
+                range(&key("lateral_sigma_m"), p.lateral_sigma_m, LEAST, 0.1),
+                range(&key("vertical_sigma_m"), p.vertical_sigma_m, LEAST, 0.1),
+                range(&key("along_sigma_m"), p.along_sigma_m, LEAST, 1.0),
+                range(&key("field_deg"), p.field_deg, 0.1, 170.0),
+                range(&key("rays"), f64::from(p.rays), 2.0, 1e5),
+                range(&key("profiles"), f64::from(p.profiles), 1.0, 1e5),
+            ];
+            all.extend(angles.map(|a| range(&key("angle"), a, -360.0, 360.0)));
+            all.extend(places.map(|m| range(&key("lever arm"), m, -10.0, 10.0)));
+            all
+        };
+        self.profiler.iter().enumerate().flat_map(one).collect()
+    }
+}
+
+/// Smallest standard deviation, in any unit.
+const LEAST: f64 = 1e-12;
+
+/// A value and where it must lie.
+struct Range {
+    key: String,
+    value: f64,
+    low: f64,
+    high: f64,
+}
+
+fn range(key: &str, value: f64, low: f64, high: f64) -> Range {
+    let key = key.to_owned();
+    Range {
+        key,
+        value,
+        low,
+        high,
+    }
+}
+
+impl Range {
+    fn fault(&self) -> Option<String> {
+        let (value, low, high) = (self.value, self.low, self.high);
+        let inside = value >= low && value <= high;
+        (!inside).then(|| format!("{}: found {value}, expected {low} to {high}", self.key))
     }
 }
 

@@ -1,12 +1,8 @@
 //! The error sources of a simulated rail calibration, each with its own random stream and its own switch.
 
-use std::collections::BTreeMap;
-
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use serde::{Deserialize, Serialize};
 
-use crate::stats::stream;
+use crate::simulate::switches::{Draws, Factors, Sourced};
 
 /// What can be wrong. The discriminant is the source's random stream: never renumber.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -90,85 +86,40 @@ impl RailSource {
     ];
 }
 
-/// Factors by which the scenario's errors are scaled, source by source: 1 where nothing is said, 0 switches a source off.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct RailSources(BTreeMap<RailSource, f64>);
+/// Every source without its words.
+static EVERY: [RailSource; 14] = {
+    let mut every = [RailSource::Lateral; 14];
+    let mut k = 0;
+    while k < every.len() {
+        every[k] = RailSource::ALL[k].0;
+        k += 1;
+    }
+    every
+};
 
-impl RailSources {
-    /// Nothing goes wrong: every factor 0.
-    #[must_use]
-    pub fn none() -> Self {
-        Self(RailSource::ALL.into_iter().map(|s| (s.0, 0.0)).collect())
+impl Sourced for RailSource {
+    fn all() -> &'static [Self] {
+        &EVERY
     }
 
-    /// Only these sources act, as the scenario says.
-    #[must_use]
-    pub fn only(sources: &[RailSource]) -> Self {
-        sources
-            .iter()
-            .fold(Self::none(), |all, &s| all.with(s, 1.0))
-    }
-
-    /// The same with one factor changed.
-    #[must_use]
-    pub fn with(mut self, source: RailSource, factor: f64) -> Self {
-        self.0.insert(source, factor);
-        self
-    }
-
-    /// The factor of a source.
-    #[must_use]
-    pub fn factor(&self, source: RailSource) -> f64 {
-        self.0.get(&source).copied().unwrap_or(1.0)
-    }
-
-    /// Factors that cannot be, in words.
-    pub(super) fn faults(&self) -> Vec<String> {
-        let bad = self
-            .0
-            .iter()
-            .filter(|(_, f)| !(f.is_finite() && **f >= 0.0));
-        bad.map(|(s, f)| format!("sources.{s:?}: found {f}, expected a number from 0"))
-            .collect()
+    fn stream(self) -> u64 {
+        self as u64
     }
 }
 
-/// Words of the stream that each row may use.
-const WORDS_PER_ROW: u128 = 1 << 18;
+/// Factors of the rail's error sources.
+pub type RailSources = Factors<RailSource>;
 
-/// The random numbers of one source.
-pub(super) struct Draws {
-    generator: ChaCha8Rng,
-    factor: f64,
+/// Factors that cannot be, in words.
+pub(super) fn faults(sources: &RailSources) -> Vec<String> {
+    let bad = sources
+        .iter()
+        .filter(|(_, f)| !(f.is_finite() && *f >= 0.0));
+    bad.map(|(s, f)| format!("sources.{s:?}: found {f}, expected a number from 0"))
+        .collect()
 }
 
-impl Draws {
-    pub(super) fn new(seed: u64, source: RailSource, sources: &RailSources) -> Self {
-        Self {
-            generator: stream(seed, source as u64),
-            factor: sources.factor(source),
-        }
-    }
-
-    /// Goes to the beginning of a row, so that a row's draws do not depend on the rows before.
-    pub(super) fn seek(&mut self, row: u64) {
-        self.generator.set_word_pos(u128::from(row) * WORDS_PER_ROW);
-    }
-
-    /// A normal error with this standard deviation, scaled by the source's factor.
-    pub(super) fn normal(&mut self, sigma: f64) -> f64 {
-        let unit: f64 = StandardNormal.sample(&mut self.generator);
-        unit * sigma * self.factor
-    }
-
-    /// Whether something of this probability (scaled by the source's factor) happens.
-    pub(super) fn happens(&mut self, probability: f64) -> bool {
-        self.uniform() < probability * self.factor
-    }
-
-    /// A uniform number in [0, 1), not scaled.
-    pub(super) fn uniform(&mut self) -> f64 {
-        StandardUniform.sample(&mut self.generator)
-    }
+/// Whether something of this probability, scaled by the source's factor, happens; draws one number either way.
+pub(super) fn happens(draws: &mut Draws, probability: f64) -> bool {
+    draws.uniform() < probability * draws.factor()
 }

@@ -3,8 +3,9 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::super::switches::Draws;
 use super::scenario::{Angles, RailScenario, Turn};
-use super::sources::{Draws, RailSource};
+use super::sources::RailSource;
 use crate::geometry::rotation;
 use crate::observe::{Mounting, Profiler};
 use crate::target::RailProfile;

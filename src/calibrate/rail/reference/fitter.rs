@@ -13,6 +13,8 @@ use crate::units::wrap_angle;
 
 /// Fine transforms in a row at each position.
 const FINE_STEPS: usize = 4;
+/// Nearer than this a point is never left out, metres: rounding.
+const ROUNDING_M: f64 = 1e-9;
 /// Points further than so many RMS from the fitted figure are left out once.
 const TRIM: f64 = 3.0;
 /// Fewest points of a region.
@@ -34,6 +36,9 @@ pub(super) struct Regions {
     line: (usize, Vec<Vector2<f64>>),
     arc: (usize, Vec<Vector2<f64>>),
 }
+
+/// One of a position's angles, radians.
+type AngleOf = fn(&Position) -> f64;
 
 /// Which angle of the table is swept.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -182,7 +187,7 @@ impl Fitter<'_> {
     ) -> Result<Vec<SweepStep>, ReferenceError> {
         let positions = &self.scene.positions;
         let tolerance = self.config.axis_tolerance_deg.to_radians();
-        let (swept, other): (fn(&Position) -> f64, fn(&Position) -> f64) = match axis {
+        let (swept, other): (AngleOf, AngleOf) = match axis {
             Axis::Heading => (|p| p.heading_rad, |p| p.pitch_rad),
             Axis::Pitch => (|p| p.pitch_rad, |p| p.heading_rad),
         };
@@ -268,12 +273,13 @@ impl Fitter<'_> {
         let kept: Vec<_> = points
             .iter()
             .copied()
-            .filter(|p| off(p).abs() <= TRIM * rms)
+            .filter(|p| off(p).abs() <= TRIM * rms + ROUNDING_M)
             .collect();
         hausdorff::distance_m(&kept, &piece.samples(self.config.spacing_m))
     }
 
-    /// The mounting whose profiler stands where a transform puts it; along the rail it stays at its nominal place.
+    /// The mounting with this rotation that puts the profile's mean point where a transform puts it; along the rail the profiler stays
+    /// at its nominal place. A profiler stands tens of centimetres away, so that a tilt of its plane moves the whole profile.
     pub(super) fn placed(
         &self,
         position: usize,
@@ -287,12 +293,15 @@ impl Fitter<'_> {
         let [roll, pitch, heading] = stand.rail_attitude_rad;
         let body = rotation::from_attitude(roll, pitch, heading).transpose()
             * self.scene.attitude(position);
+        let profile = self.profile(position);
+        let mean = profile.iter().sum::<Vector2<f64>>() / profile.len().max(1) as f64;
+        let turned = body * rotation * Vector3::new(mean.x, 0.0, mean.y);
         let along = (body * (nominal - stand.pivot_body_m)).y;
-        let section = transform.shift_m - stand.pivot_rail_m;
-        let arm = body.transpose() * Vector3::new(section.x, along, section.y);
+        let section = transform.apply(&mean) - stand.pivot_rail_m;
+        let arm = Vector3::new(section.x - turned.x, along, section.y - turned.z);
         Mounting {
             rotation,
-            lever_arm_m: arm + stand.pivot_body_m,
+            lever_arm_m: body.transpose() * arm + stand.pivot_body_m,
         }
     }
 
@@ -333,7 +342,7 @@ impl Fitter<'_> {
 fn line_turn(standard: &Element, points: &mut Vec<Vector2<f64>>) -> Result<f64, fit2d::FitError> {
     let first = fit2d::line(points)?;
     let normal = Vector2::new(-first.direction.y, first.direction.x);
-    points.retain(|p| normal.dot(&(p - first.centroid_m)).abs() <= TRIM * first.rms_m);
+    points.retain(|p| normal.dot(&(p - first.centroid_m)).abs() <= TRIM * first.rms_m + ROUNDING_M);
     let found = fit2d::line(points)?.direction;
     let wanted = standard.tangent(0.5);
     let sense = found.dot(&wanted).signum();
@@ -344,6 +353,8 @@ fn line_turn(standard: &Element, points: &mut Vec<Vector2<f64>>) -> Result<f64, 
 /// Centre of the fitted circle; points off the fit are left out once.
 fn arc_centre(points: &mut Vec<Vector2<f64>>) -> Result<Vector2<f64>, fit2d::FitError> {
     let first = fit2d::circle(points)?;
-    points.retain(|p| ((p - first.centre_m).norm() - first.radius_m).abs() <= TRIM * first.rms_m);
+    points.retain(|p| {
+        ((p - first.centre_m).norm() - first.radius_m).abs() <= TRIM * first.rms_m + ROUNDING_M
+    });
     Ok(fit2d::circle(points)?.centre_m)
 }

@@ -4,7 +4,7 @@
 //! the standard 1:20 line and the vector between the fitted and the standard centre of the R20 arc, repeated; roll mounting = turn of the
 //! profile minus the INS' roll (claim 5). Then the table turns: the fine transform is computed anew at each position, and the Hausdorff
 //! distance (claim 6) of the 1:20 points finds the heading, that of the R20 points the pitch: the mounting is minus the INS' angle at the
-//! minimum (claims 7 to 9).
+//! minimum (claims 7 to 9). The offsets are those that, with all three angles, leave the level profile's mean point where the fine fit put it.
 
 mod fitter;
 
