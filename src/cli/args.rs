@@ -13,14 +13,15 @@ const ABOUT: &str = "Boresight angles and lever arms of survey sensors by least-
 const LONG_ABOUT: &str = "\
 Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true.
 
-A multibeam echo sounder and a laser scanner on one boat see the same target: a wall with inclined and horizontal faces, half of it \
-under water. boresight finds how the sounder is turned and displaced on the boat so that both see one target, by two paths: the \
-sequential one of patent CN105425246B (angles, then offsets), and a joint adjustment of angles, lever arm, planes and trajectory \
-drift together, which also states standard deviations, correlations and what the data do not determine.";
+How is the sensor really mounted? Three procedures, each by two paths that are compared: the reference procedure of a patent, step \
+after step, and one joint adjustment of everything, which also states standard deviations, correlations and what the data do not \
+determine. Pool: a multibeam echo sounder against a wall that a calibrated laser scanner sees too. USBL: a transducer against surveyed \
+beacons. Rail: laser profilers on a measuring beam against a standard rail. The survey file says which.";
 
 const AFTER: &str = "\
 EXAMPLES
   boresight demo                          the whole job with no input: simulate, calibrate, report
+  boresight demo usbl                     the same for a USBL transducer; boresight demo rail for profilers
   boresight calibrate survey.toml         calibrate your own data by both paths
   boresight check survey.toml             before that: is everything readable, what will the geometry determine?
   boresight calibrate survey.toml --json | jq .solutions.joint.mounting_deg
@@ -32,7 +33,7 @@ EXAMPLES
   boresight completions bash > ~/.local/share/bash-completion/completions/boresight
 
 FILES
-  survey.toml    names trajectory, laser points, soundings, target and their noise; paths are relative to it
+  survey.toml    names the procedure, the observations' files and their noise; paths are relative to it
   target.toml    the target in its own frame: kind = \"pool-wall\" or free-form \"faces\"
   result.json    everything that was found, with units in the names; same input and seed, same bytes
   report.html    the same with pictures; one file, opens offline
@@ -53,6 +54,9 @@ EXAMPLES
 
   What the errors claimed in a survey file do to that survey's own calibration:
     boresight budget survey.toml
+
+  A USBL or rail scenario (200 trials of all sources and 50 of each alone unless you say otherwise):
+    boresight budget models/scenarios/usbl.toml
 
   Which tilt of the multibeam is best? 30 to 60 degrees in steps of 5, 200 surveys at each:
     boresight budget scenario.toml --trials 200 --vary multibeam.tilt_deg=30:60:5
@@ -148,14 +152,14 @@ pub struct Common {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Simulate a pool survey, calibrate it by both paths and write the report: the main job with no input
+    /// Simulate a survey, calibrate it by both paths and write the report: the main job with no input
     #[command(
-        long_about = "Simulate the built-in pool survey, calibrate it by both paths, compare with the truth and write the report.\n\n\
+        long_about = "Simulate the built-in survey of a procedure (pool, usbl or rail), calibrate it by both paths, compare with the truth and write the report.\n\n\
         The survey's files are written too, so that you can look at the formats and run `boresight calibrate` on them."
     )]
     #[command(
         after_long_help = "FILES WRITTEN\n  OUT/result.json, OUT/report.html\n  OUT/survey/            the simulated survey with truth.json\n\n\
-        EXAMPLE\n  boresight demo --out demo --seed 7"
+        EXAMPLE\n  boresight demo --out demo --seed 7\n  boresight demo usbl"
     )]
     Demo(Demo),
     /// Calibrate a survey
