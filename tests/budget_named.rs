@@ -1,0 +1,130 @@
+//! Error budgets of USBL and rail scenarios: a source whose effect is known by hand, threads, the command line.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+use std::sync::atomic::AtomicBool;
+
+use assert_cmd::cargo::cargo_bin_cmd;
+use boresight::budget::named::usbl::UsblTrials;
+use boresight::budget::named::{Wanted, run};
+use boresight::calibrate::usbl::{JointConfig, ReferenceConfig};
+use boresight::results::NamedBudget;
+use boresight::simulate::usbl::DEMO;
+use boresight::simulate::usbl::{Scenario, Source, Sources};
+
+fn usbl(change: impl FnOnce(&mut Scenario)) -> UsblTrials {
+    let mut scenario: Scenario = toml::from_str(DEMO).expect("a scenario");
+    scenario.fixes.per_beacon = 20;
+    change(&mut scenario);
+    UsblTrials {
+        scenario,
+        reference: ReferenceConfig::default(),
+        joint: JointConfig::default(),
+    }
+}
+
+fn budget(trials: &UsblTrials, wanted: Wanted, threads: usize) -> NamedBudget {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let stop = AtomicBool::new(false);
+    pool.expect("a pool")
+        .install(|| run(trials, &wanted, &stop, &|_, _| {}))
+}
+
+/// The control turned against the attitude sensor's level frame by 0.05 degrees about east and north and 0.2 about up, and nothing
+/// else: whatever the layout, both paths' pitch and roll are wrong by 0.05 and yaw by 0.2. A variance over n trials is known to
+/// sqrt(2 / (n - 1)); four of those are allowed, and 1 % for the body's tilt, which mixes the axes.
+#[test]
+fn a_turn_of_the_control_goes_into_the_mounting_whole() {
+    let trials = usbl(|scenario| {
+        scenario.control.tilt_sigma_deg = 0.05;
+        scenario.control.azimuth_sigma_deg = 0.2;
+        scenario.sources = Sources::only(&[Source::Datum]);
+    });
+    let wanted = Wanted {
+        first_seed: 1,
+        trials: 400,
+        single: 0,
+    };
+    let found = budget(&trials, wanted, 2);
+    assert_eq!(found.sources.len(), 1);
+    let allowed = 4.0 * (2.0_f64 / 399.0).sqrt() + 0.01;
+    for path in &found.paths {
+        let together = path.together.as_ref().expect("figures");
+        let sigma = together.standard_deviation.as_ref().expect("sigmas");
+        for (i, expected) in [0.05, 0.05, 0.2].into_iter().enumerate() {
+            let ratio = (sigma[i] / expected).powi(2);
+            assert!((ratio - 1.0).abs() < allowed, "{}: {i}: {ratio}", path.path);
+        }
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let trials = usbl(|_| {});
+    let wanted = Wanted {
+        first_seed: 5,
+        trials: 70,
+        single: 3,
+    };
+    let bytes = |threads| {
+        let found = budget(&trials, wanted, threads);
+        boresight::report::named_budget::to_bytes(&found).expect("JSON")
+    };
+    assert_eq!(bytes(1), bytes(2));
+}
+
+fn command(arguments: &[&str]) -> Output {
+    cargo_bin_cmd!("boresight")
+        .args(arguments)
+        .output()
+        .expect("the program runs")
+}
+
+fn scenario(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("models/scenarios")
+        .join(name)
+}
+
+#[test]
+fn both_procedures_have_a_budget_on_the_command_line() {
+    for (name, trials) in [("usbl.toml", "6"), ("rail-thin.toml", "3")] {
+        let folder = tempfile::tempdir().expect("folder");
+        let (file, out) = (scenario(name), folder.path().join("out"));
+        let (file, out) = (file.to_string_lossy(), out.to_string_lossy());
+        let output = command(&[
+            "budget", &file, "--trials", trials, "--single", "2", "--out", &out,
+        ]);
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        assert!(said.contains("share of variance"), "{said}");
+        let text = std::fs::read(folder.path().join("out/result.json")).expect("a result");
+        let found: NamedBudget = serde_json::from_slice(&text).expect("a budget");
+        assert_eq!(
+            (found.trials.to_string(), found.single_trials),
+            (trials.to_owned(), 2)
+        );
+        let rows = std::fs::read_to_string(folder.path().join("out/budget.csv")).expect("a table");
+        let shares = 2 * (found.sources.len() + 2) * found.parameters.len();
+        assert_eq!(rows.lines().count(), 1 + shares);
+        assert!(folder.path().join("out/report.html").exists());
+    }
+}
+
+#[test]
+fn what_only_a_pool_s_budget_has_is_refused() {
+    let folder = tempfile::tempdir().expect("folder");
+    let (file, out) = (scenario("usbl.toml"), folder.path().join("out"));
+    let (file, out) = (file.to_string_lossy(), out.to_string_lossy());
+    let vary = "attitude.rate_hz=1:2:1";
+    let output = command(&[
+        "budget", &file, "--trials", "2", "--vary", vary, "--out", &out,
+    ]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("--vary: found with a usbl scenario"),
+        "{said}"
+    );
+    assert!(!Path::new(&*out).exists());
+}
