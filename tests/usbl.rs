@@ -23,18 +23,14 @@ fn thin() -> Scenario {
     toml::from_str(THIN).expect("a scenario")
 }
 
-fn with_config<'a>(campaign: &'a UsblCampaign, joint: &JointConfig) -> UsblOutcome<'a> {
+fn calibrated(campaign: &UsblCampaign) -> UsblOutcome<'_> {
     let input = UsblInput {
         campaign,
         method: Method::Both,
-        reference: &ReferenceConfig::default(),
-        joint,
+        reference: ReferenceConfig::default(),
+        joint: JointConfig::default(),
     };
     calibrate(&input).expect("input that can be worked with")
-}
-
-fn calibrated(campaign: &UsblCampaign) -> UsblOutcome<'_> {
-    with_config(campaign, &JointConfig::default())
 }
 
 fn errors(outcome: &UsblOutcome, survey: &Simulated) -> [f64; SOUGHT] {
@@ -128,7 +124,7 @@ fn the_conditions_derivatives_are_those_of_differences() {
         };
         let times = campaign.attitude.times_s().to_vec();
         let epochs: Vec<u32> = (0..times.len() as u32).collect();
-        let white = |axis| Process {
+        let white = |axis: usize| Process {
             component: 3 + axis,
             sigma: 1e-3,
             kind: ProcessKind::White,

@@ -69,8 +69,8 @@ fn calibrated(
     let input = UsblInput {
         campaign: &survey.campaign,
         method,
-        reference: &survey.file.reference,
-        joint: &survey.file.joint,
+        reference: survey.file.reference,
+        joint: survey.file.joint,
     };
     talk.step("calibrating");
     let outcome = usbl::calibrate(&input)?;

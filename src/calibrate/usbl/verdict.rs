@@ -115,6 +115,15 @@ impl Refusal {
         }
     }
 
+    /// Whether the layout leaves parameters open, to whichever path.
+    #[must_use]
+    pub fn is_of_layout(&self) -> bool {
+        matches!(
+            self,
+            Self::NoBeacon | Self::OneBeacon { .. } | Self::Undetermined { .. }
+        )
+    }
+
     /// The engine could not go on.
     #[must_use]
     pub fn failed(error: &AdjustError) -> Self {
