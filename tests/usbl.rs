@@ -33,9 +33,14 @@ fn calibrated(campaign: &UsblCampaign) -> UsblOutcome<'_> {
     calibrate(&input).expect("input that can be worked with")
 }
 
+/// Errors of the joint path in the order of its covariance, SI and radians.
 fn errors(outcome: &UsblOutcome, survey: &Simulated) -> [f64; SOUGHT] {
     let joint = outcome.joint.as_ref().expect("a joint outcome");
-    boresight::budget::usbl::errors(joint, &survey.truth)
+    let truth = &survey.truth;
+    let turn = rotation::log(&(joint.rotation * truth.rotation().transpose()));
+    let place = joint.transducer_m - truth.transducer();
+    let scale = joint.scale - truth.range_scale;
+    [turn.x, turn.y, turn.z, place.x, place.y, place.z, scale]
 }
 
 /// Simulator (Runge-Kutta) and calibration (arcs) share no ray: without errors both find the truth to the integrator's accuracy.

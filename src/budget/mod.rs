@@ -18,7 +18,6 @@
 //! | [`swath`] | what a calibration's covariance means for a sounding, against IHO S-44 |
 //! | [`soundings`] | the same for a scenario's sensors, as a section of `result.json` |
 //! | [`named`] | the budget of a procedure whose parameters are named (USBL, rail) |
-//! | [`usbl`] | a USBL calibration as that budget tries it |
 //! | [`plan`], [`passes`], [`fusion`] | which pass to sail next, and how many |
 //! | [`planned`] | the plan as `plan.json` |
 
@@ -42,4 +41,3 @@ pub mod summary;
 pub mod swath;
 pub mod sweep;
 pub mod trial;
-pub mod usbl;
