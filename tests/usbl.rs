@@ -67,7 +67,8 @@ fn without_errors_both_paths_find_the_truth() {
         let error = errors(&outcome, &survey);
         assert!(error[..3].iter().all(|e| e.abs() < 2e-7), "{error:?}");
         assert!(error[3..6].iter().all(|e| e.abs() < 2e-7), "{error:?}");
-        assert!(outcome.joint_residuals.iter().all(|r| r.rms_m < 2e-6));
+        // 2e-7 rad at 8 m of range, three axes
+        assert!(outcome.joint_residuals.iter().all(|r| r.rms_m < 3e-6));
     }
 }
 
@@ -89,8 +90,8 @@ fn a_quarter_turn_is_a_rotation_and_no_difference_of_angles() {
         .as_ref()
         .expect("found");
     let (roll, pitch, _) = rotation::to_attitude(&reference.rotation);
-    assert!((reference.difference.r + roll).abs() > 2f64.to_radians());
-    assert!((reference.difference.p + pitch).abs() > 2f64.to_radians());
+    let apart = (reference.difference.r + roll).hypot(reference.difference.p + pitch);
+    assert!(apart > 2f64.to_radians(), "{apart}");
 }
 
 fn block(set: &mut ParameterSet, value: &[f64], unit: Unit) -> boresight::adjust::BlockId {
@@ -184,25 +185,40 @@ fn the_reported_sigmas_are_true() {
     assert!((check / n - 3.0).abs() < 3.0 * (6.0 / n).sqrt());
 }
 
-/// Every fifth fix late by up to 2 m and turned by up to 20 degrees: no parameter moves by one of its sigmas, in 30 seeds.
+/// The campaign without some of its fixes.
+fn without(campaign: &UsblCampaign, rows: &[u32]) -> UsblCampaign {
+    let mut left = campaign.clone();
+    let kept = |k: usize| !rows.contains(&(k as u32));
+    let keep: Vec<usize> = (0..campaign.fixes.len()).filter(|k| kept(*k)).collect();
+    let (from, to) = (&campaign.fixes, &mut left.fixes);
+    to.time_s = keep.iter().map(|k| from.time_s[*k]).collect();
+    to.beacon = keep.iter().map(|k| from.beacon[*k]).collect();
+    to.travel_time_s = keep.iter().map(|k| from.travel_time_s[*k]).collect();
+    to.direction = keep.iter().map(|k| from.direction[*k]).collect();
+    left
+}
+
+/// Every fifth fix late by up to 2 m and turned by up to 20 degrees: against the same survey without these fixes no parameter moves by
+/// one of its sigmas, in 60 seeds; it is a quarter of one at the most.
 #[test]
 fn gross_fixes_do_not_move_the_result() {
     let mut scenario = thin();
     scenario.disturbance.gross_fraction = 0.2;
-    let clean = scenario.sources.clone().with(Source::GrossErrors, 0.0);
-    for seed in 1..=30 {
+    let mut most = 0.0_f64;
+    for seed in 1..=60 {
         let dirty = simulate(&scenario, seed).expect("a survey");
-        let good = simulate_with(&scenario, &clean, seed).expect("a survey");
-        assert!(dirty.truth.gross_fixes.len() > 30 && good.truth.gross_fixes.is_empty());
-        let (with, without) = (calibrated(&dirty.campaign), calibrated(&good.campaign));
+        assert!(dirty.truth.gross_fixes.len() > 30);
+        let clean = without(&dirty.campaign, &dirty.truth.gross_fixes);
+        let (with, without) = (calibrated(&dirty.campaign), calibrated(&clean));
         assert_eq!(with.refusal, None);
         let covariance = &with.joint.as_ref().expect("a joint outcome").covariance;
-        let (a, b) = (errors(&with, &dirty), errors(&without, &good));
+        let (a, b) = (errors(&with, &dirty), errors(&without, &dirty));
         for i in 0..SOUGHT {
-            let moved = (a[i] - b[i]) / covariance[(i, i)].sqrt();
-            assert!(moved.abs() < 1.0, "seed {seed}, parameter {i}: {moved}");
+            most = most.max(((a[i] - b[i]) / covariance[(i, i)].sqrt()).abs());
         }
     }
+    println!("largest move {most:.3} sigmas");
+    assert!(most < 0.25, "{most}");
 }
 
 /// The check beacon never enters: without it, bit for bit the same.

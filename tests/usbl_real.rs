@@ -1,6 +1,6 @@
 //! Real travel times to seafloor transponders from a rolling ship with a lever arm: rays, attitude and lever arm as a whole.
 //!
-//! GNSS-A observation of the Japan Coast Guard, site SAGA, campaign 1903.kaiyo_k4 (open data of the `garpos` software,
+//! GNSS-A observation of the Japan Coast Guard, site SAGA, campaign `1903.kaiyo_k4` (open data of the `garpos` software,
 //! s-watanabe-jhod/garpos, sample/obsdata/SAGA), in the folder `gnss-a` of `BORESIGHT_DATA`. There are no angles in it, so that it
 //! tests the ray between two points and the conventions, not the calibration. The same fit with scipy-style least squares and a
 //! ray solver of its own in Python (bisection on the ray parameter) gave 0.0613 ms, with the roll reversed 0.123 ms, without

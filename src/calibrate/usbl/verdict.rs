@@ -236,7 +236,7 @@ impl Layout {
         spread.sort_by(|a, b| b.total_cmp(a));
         let sights: Matrix3<f64> = places
             .iter()
-            .map(|p| p.normalize())
+            .map(Vector3::normalize)
             .map(|d| d * d.transpose())
             .sum();
         let mut values: Vec<f64> = (sights / n)
