@@ -122,8 +122,8 @@ fn trial(scenario: &Scenario, seed: u64) -> Trial {
     let input = UsblInput {
         campaign: &survey.campaign,
         method: Method::Both,
-        reference: &ReferenceConfig::default(),
-        joint: &JointConfig::default(),
+        reference: ReferenceConfig::default(),
+        joint: JointConfig::default(),
     };
     let outcome = calibrate(&input).expect("input that can be worked with");
     let solved = outcome.joint.as_ref().filter(|_| outcome.refusal.is_none());

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use comfy_table::CellAlignment;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use serde_json::json;
 
 use super::Ending;
@@ -17,6 +17,7 @@ use crate::budget::named::usbl::UsblTrials;
 use crate::calibrate::pool::Method;
 use crate::calibrate::usbl::{self, Layout, Scene, UsblInput, summary};
 use crate::geometry::rotation;
+use crate::observe::usbl::Role;
 use crate::report;
 use crate::report::text::ruled_table;
 use crate::results::{Angles, Provenance, Software, UsblResult, UsblSamples, UsblTruth};
@@ -69,8 +70,8 @@ fn calibrated(
     let input = UsblInput {
         campaign: &survey.campaign,
         method,
-        reference: &survey.file.reference,
-        joint: &survey.file.joint,
+        reference: survey.file.reference,
+        joint: survey.file.joint,
     };
     talk.step("calibrating");
     let outcome = usbl::calibrate(&input)?;
@@ -209,10 +210,33 @@ fn for_report(truth: &Truth) -> UsblTruth {
     }
 }
 
+/// One line of [`against`]: name, errors of both paths, sigma of the joint one.
+type Row = (String, Option<f64>, Option<f64>, Option<f64>);
+
 /// A table of each path's errors, the joint one's also in its own standard deviations.
 fn against(result: &UsblResult, truth: &Truth) -> String {
+    let mut table = ruled_table();
+    table.set_header([
+        "error against the truth",
+        "reference",
+        "joint",
+        "joint, in sigmas",
+    ]);
+    for (name, old, new, sigma) in errors(result, truth) {
+        let number = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:+.4}"));
+        let sigmas = new.zip(sigma);
+        let sigmas = sigmas.map_or_else(String::new, |(e, s)| format!("{:+.1}", e / s));
+        table.add_row([name, number(old), number(new), sigmas]);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    format!("{}\n", table.trim_fmt())
+}
+
+fn errors(result: &UsblResult, truth: &Truth) -> Vec<Row> {
     let turn = |rows: Option<[[f64; 3]; 3]>| -> Option<Vector3<f64>> {
-        let found = nalgebra::Matrix3::from_row_iterator(rows?.into_iter().flatten());
+        let found = Matrix3::from_row_iterator(rows?.into_iter().flatten());
         Some(rotation::log(&(found * truth.rotation().transpose())).map(f64::to_degrees))
     };
     let solutions = &result.solutions;
@@ -222,54 +246,30 @@ fn against(result: &UsblResult, truth: &Truth) -> String {
         .and_then(|r| turn(r.rotation_matrix));
     let joint = solutions.joint.as_ref().filter(|j| j.usable);
     let found = joint.and_then(|j| turn(j.rotation_matrix));
-    let mut table = ruled_table();
-    table.set_header([
-        "error against the truth",
-        "reference",
-        "joint",
-        "joint, in sigmas",
-    ]);
-    let mut row = |name: String, old: Option<f64>, new: Option<f64>, sigma: Option<f64>| {
-        let number = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:+.4}"));
-        let sigmas = new
-            .zip(sigma)
-            .map_or_else(String::new, |(e, s)| format!("{:+.1}", e / s));
-        table.add_row([name, number(old), number(new), sigmas]);
-    };
     let sigma = |i: usize| joint.and_then(|j| j.parameters.get(i)?.standard_deviation);
+    let mut rows: Vec<Row> = vec![];
     for (i, name) in ["pitch, deg", "roll, deg", "yaw, deg"]
         .into_iter()
         .enumerate()
     {
-        row(
+        rows.push((
             name.to_owned(),
             reference.map(|t| t[i]),
             found.map(|t| t[i]),
             sigma(i),
-        );
+        ));
     }
     for (i, axis) in ["east", "north", "up"].into_iter().enumerate() {
         let place = joint.and_then(|j| j.transducer_m);
         let error = place.map(|p| 1e3 * (p[i] - truth.transducer_m[i]));
-        row(
-            format!("transducer {axis}, mm"),
-            None,
-            error,
-            sigma(3 + i).map(|s| 1e3 * s),
-        );
+        let sigma = sigma(3 + i).map(|s| 1e3 * s);
+        rows.push((format!("transducer {axis}, mm"), None, error, sigma));
     }
     let scale = joint.and_then(|j| j.range_scale);
     let error = scale.map(|s| 1e6 * (s - truth.range_scale));
-    row(
-        "range scale, 1e-6".to_owned(),
-        None,
-        error,
-        sigma(6).map(|s| 1e6 * s),
-    );
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    format!("{}\n", table.trim_fmt())
+    let sigma = sigma(6).map(|s| 1e6 * s);
+    rows.push(("range scale, 1e-6".to_owned(), None, error, sigma));
+    rows
 }
 
 /// `boresight check`: what was read, and what the layout can and cannot determine; nothing is solved.
@@ -278,34 +278,9 @@ pub fn check(args: &Check, talk: &Talk) -> Result<Ending, CliError> {
     let survey = load(&args.survey)?;
     let scene = Scene::new(&survey.campaign)?;
     let layout = Layout::of(&scene);
-    let campaign = &survey.campaign;
-    let mut text = format!(
-        "{}: USBL survey, {} fixes read, {} of common beacons, {} dropped; {} attitude records\n",
-        survey.file.name,
-        survey.fixes_read,
-        scene.common.len(),
-        survey.fixes_dropped,
-        campaign.attitude.len()
-    );
-    let mut beacons = vec![];
-    for (k, beacon) in campaign.beacons.iter().enumerate() {
-        let [east, north, up]: [f64; 3] = beacon.point.position_m.into();
-        let count = campaign.fixes.of_beacon(k as u32);
-        let role = match beacon.role {
-            crate::observe::usbl::Role::Common => "common",
-            crate::observe::usbl::Role::Check => "check",
-        };
-        let name = &beacon.point.name;
-        let _ = writeln!(
-            text,
-            "  {name} ({role}): {east:.3} east, {north:.3} north, {up:.3} up of the transducer, {count} fixes"
-        );
-        beacons.push(
-            json!({"name": name, "role": role, "position_m": [east, north, up], "fixes": count}),
-        );
-    }
     let words = layout.in_words();
-    let determined = layout.beacons > 1 && layout.sight_rad > 1e-3;
+    let determined = layout.beacons > 1 && layout.sight_rad > SIGHT_RAD;
+    let mut text = read_in_words(&survey, scene.common.len());
     let verdict = if determined {
         "Pitch, roll and yaw of the mounting can be determined."
     } else {
@@ -320,12 +295,61 @@ pub fn check(args: &Check, talk: &Talk) -> Result<Ending, CliError> {
         "survey": survey.file.name,
         "procedure": "usbl",
         "fixes": { "read": survey.fixes_read, "common": scene.common.len(), "dropped": survey.fixes_dropped },
-        "attitude_records": campaign.attitude.len(),
-        "beacons": beacons,
+        "attitude_records": survey.campaign.attitude.len(),
+        "beacons": beacons(&survey),
         "mounting_determined": determined,
         "layout": words,
         "notes": survey.notes,
     });
     talk.result(&text, format!("{json:#}\n").as_bytes())?;
     Ok(Ending::Usable)
+}
+
+/// Lines of sight that span less than this determine no rotation about them, radians.
+const SIGHT_RAD: f64 = 1e-3;
+
+/// Name, role, place and number of fixes of every beacon.
+fn beacons(survey: &LoadedUsbl) -> Vec<serde_json::Value> {
+    let campaign = &survey.campaign;
+    let numbered = campaign.beacons.iter().enumerate();
+    numbered
+        .map(|(k, beacon)| {
+            let place: [f64; 3] = beacon.point.position_m.into();
+            json!({
+                "name": beacon.point.name,
+                "role": role(beacon.role),
+                "position_m": place,
+                "fixes": campaign.fixes.of_beacon(k as u32),
+            })
+        })
+        .collect()
+}
+
+fn role(role: Role) -> &'static str {
+    match role {
+        Role::Common => "common",
+        Role::Check => "check",
+    }
+}
+
+fn read_in_words(survey: &LoadedUsbl, common: usize) -> String {
+    let campaign = &survey.campaign;
+    let mut text = format!(
+        "{}: USBL survey, {} fixes read, {common} of common beacons, {} dropped; {} attitude records\n",
+        survey.file.name,
+        survey.fixes_read,
+        survey.fixes_dropped,
+        campaign.attitude.len()
+    );
+    for (k, beacon) in campaign.beacons.iter().enumerate() {
+        let [east, north, up]: [f64; 3] = beacon.point.position_m.into();
+        let _ = writeln!(
+            text,
+            "  {} ({}): {east:.3} east, {north:.3} north, {up:.3} up of the transducer, {} fixes",
+            beacon.point.name,
+            role(beacon.role),
+            campaign.fixes.of_beacon(k as u32)
+        );
+    }
+    text
 }

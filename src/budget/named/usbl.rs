@@ -109,8 +109,8 @@ impl Tried for UsblTrials {
         let input = UsblInput {
             campaign: &survey.campaign,
             method: Method::Both,
-            reference: &self.reference,
-            joint: &self.joint,
+            reference: self.reference,
+            joint: self.joint,
         };
         match calibrate(&input) {
             Ok(outcome) => NamedTrial {

@@ -11,11 +11,16 @@ pub use crate::calibrate::pool::config::KernelName;
 pub struct ReferenceConfig {
     /// Iterations at the most.
     pub max_iterations: u32,
+    /// An angle whose formal standard deviation exceeds this (degrees) is refused.
+    pub max_sigma_deg: f64,
 }
 
 impl Default for ReferenceConfig {
     fn default() -> Self {
-        Self { max_iterations: 50 }
+        Self {
+            max_iterations: 50,
+            max_sigma_deg: 1.0,
+        }
     }
 }
 

@@ -40,9 +40,9 @@ pub struct UsblInput<'a> {
     /// Which paths run.
     pub method: Method,
     /// The reference path.
-    pub reference: &'a ReferenceConfig,
+    pub reference: ReferenceConfig,
     /// The joint path.
-    pub joint: &'a JointConfig,
+    pub joint: JointConfig,
 }
 
 /// What came of it.
@@ -69,14 +69,18 @@ pub struct UsblOutcome<'a> {
 pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError> {
     let scene = Scene::new(input.campaign)?;
     let reference =
-        (input.method != Method::Joint).then(|| reference::run(&scene, input.reference));
+        (input.method != Method::Joint).then(|| reference::run(&scene, &input.reference));
     let (joint, refusal) = if input.method == Method::Sequential {
         let failed = reference.as_ref().and_then(|r| r.as_ref().err());
         (None, failed.map(Refusal::of_reference))
     } else {
-        solved_jointly(&scene, input.joint)
+        solved_jointly(&scene, &input.joint)
     };
-    let found = reference.as_ref().and_then(|r| r.as_ref().ok());
+    let determined = refusal.as_ref().is_none_or(|r| !r.is_of_layout());
+    let found = reference
+        .as_ref()
+        .and_then(|r| r.as_ref().ok())
+        .filter(|_| determined);
     let reference_residuals = found.map_or_else(Vec::new, |r| {
         verify(&scene, &Calibrated::reference(&r.rotation), None)
     });

@@ -143,6 +143,12 @@ pub enum ReferenceError {
         /// Their names.
         beacons: String,
     },
+    /// The common beacons hardly hold an angle.
+    #[error("the common beacons do not determine {}", parameters.join(", "))]
+    Weak {
+        /// The angles with their formal standard deviation and the limit.
+        parameters: Vec<String>,
+    },
     /// The rays of a beacon's fixes leave the water.
     #[error("the rays of beacon {beacon} cannot be followed: {reason}")]
     Ray {
@@ -175,6 +181,10 @@ pub fn run(scene: &Scene, config: &ReferenceConfig) -> Result<ReferenceOutcome, 
     }
     let (roll, pitch, heading) = rotation::to_attitude(&level_from_body);
     let rotation = level_from_body.tr_mul(&angles.matrix());
+    let covariance = formal(&means, &angles, &level_from_body);
+    if let Some(covariance) = &covariance {
+        refuse_weak(covariance, config.max_sigma_deg)?;
+    }
     Ok(ReferenceOutcome {
         adjusted: angles,
         measured: [roll, pitch, heading],
@@ -183,7 +193,7 @@ pub fn run(scene: &Scene, config: &ReferenceConfig) -> Result<ReferenceOutcome, 
             r: wrap_angle(angles.r + roll),
             p: wrap_angle(angles.p + pitch),
         },
-        covariance: formal(&means, &angles, &level_from_body),
+        covariance,
         unrest_rad: unrest(scene, &level_from_body),
         rotation,
         iterations,
@@ -287,6 +297,23 @@ fn singular(scene: &Scene) -> ReferenceError {
         .collect();
     ReferenceError::Singular {
         beacons: names.join(", "),
+    }
+}
+
+fn refuse_weak(covariance: &Matrix3<f64>, limit_deg: f64) -> Result<(), ReferenceError> {
+    let mut parameters = vec![];
+    for (i, name) in super::joint::MOUNTING.iter().enumerate() {
+        let sigma_deg = covariance[(i, i)].sqrt().to_degrees();
+        if !(sigma_deg <= limit_deg) {
+            parameters.push(format!(
+                "{name} (formal standard deviation {sigma_deg:.3} deg, limit {limit_deg} deg)"
+            ));
+        }
+    }
+    if parameters.is_empty() {
+        Ok(())
+    } else {
+        Err(ReferenceError::Weak { parameters })
     }
 }
 

@@ -139,6 +139,9 @@ fn counts(outcome: &UsblOutcome, read: usize, dropped: usize) -> SensorCounts {
 }
 
 fn reference(outcome: &UsblOutcome, input: &UsblInput) -> UsblReference {
+    if let Some(refusal) = outcome.refusal.as_ref().filter(|r| r.is_of_layout()) {
+        return no_reference(refusal.to_string());
+    }
     match &outcome.reference {
         Some(Ok(found)) => reference_found(found, input),
         Some(Err(error)) => no_reference(error.to_string()),
@@ -416,7 +419,7 @@ fn own_notes(outcome: &UsblOutcome, input: &UsblInput) -> Vec<String> {
         notes.push(layout);
     }
     if let Some(joint) = &outcome.joint {
-        notes.extend(rests_on_survey(joint, input.joint));
+        notes.extend(rests_on_survey(joint, &input.joint));
     }
     if let Some(Ok(reference)) = &outcome.reference
         && reference.unrest_rad > UNREST_RAD

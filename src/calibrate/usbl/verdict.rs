@@ -115,6 +115,15 @@ impl Refusal {
         }
     }
 
+    /// Whether the layout leaves parameters open, to whichever path.
+    #[must_use]
+    pub fn is_of_layout(&self) -> bool {
+        matches!(
+            self,
+            Self::NoBeacon | Self::OneBeacon { .. } | Self::Undetermined { .. }
+        )
+    }
+
     /// The engine could not go on.
     #[must_use]
     pub fn failed(error: &AdjustError) -> Self {
@@ -227,7 +236,7 @@ impl Layout {
         spread.sort_by(|a, b| b.total_cmp(a));
         let sights: Matrix3<f64> = places
             .iter()
-            .map(|p| p.normalize())
+            .map(Vector3::normalize)
             .map(|d| d * d.transpose())
             .sum();
         let mut values: Vec<f64> = (sights / n)

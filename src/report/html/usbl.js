@@ -40,11 +40,11 @@ function layoutView(title, across, up, names) {
     const arrows = shownPaths.filter(path => v && v[path]).map(path => arrow(x, y, v[path].mean_m[across] * stretch, -v[path].mean_m[up] * stretch, COLOURS[path]));
     return svg("g", {}, svg("title", {}, `${b.name}, ${b.role}`), b.role === "check" ? svg("rect", { x: x - 6, y: y - 6, width: 12, height: 12, fill: "#fff", stroke: colour, "stroke-width": 2 }) : svg("circle", { cx: x, cy: y, r: 6, fill: "#fff", stroke: colour, "stroke-width": 2 }), arrows, text(x + 10, y - 9, b.name));
   });
-  const [tx, ty] = at([0, 0, 0]), transducer = [svg("path", { d: `M${tx - 8} ${ty + 6} h16 l-8 -13 Z`, fill: COLOURS.joint }), text(tx + 11, ty + 3, "transducer")];
+  const [tx, ty] = at([0, 0, 0]), transducer = [svg("path", { d: `M${tx - 8} ${ty + 6} h16 l-8 -13 Z`, fill: COLOURS.joint }), text(tx - 11, ty + 3, "transducer", { "text-anchor": "end" })];
   const metre = roundUp(Math.max(span(across), span(up)) / 5), bar = metre * size;
   const rulers = [svg("line", { x1: 12, x2: 12 + bar, y1: height - 12, y2: height - 12, stroke: "#1c2730", "stroke-width": 2 }), text(12, height - 18, `${short(metre)} m`),
     svg("line", { x1: width - 72, x2: width - 12, y1: height - 12, y2: height - 12, stroke: "#b45309", "stroke-width": 2 }), text(width - 72, height - 18, `${short(1e3 * unit)} mm`)];
-  const compass = [text(width - 12, 16, `${names[1]} up, ${names[0]} right`, { "text-anchor": "end", class: "soft" })];
+  const compass = [text(width - 12, 16, `${names[0]} to the right, ${names[1]} to the top`, { "text-anchor": "end", class: "soft" })];
   return el("figure", {}, el("h3", {}, title), picture(width, height, title, lines, transducer, marks, rulers, compass));
 }
 
@@ -62,20 +62,20 @@ function pathLegend() {
 
 function buildLayout() {
   add("layout", "Beacons, and where the corrected sensor puts them", pathLegend(),
-    el("div", { class: "row3" }, layoutView("From above", 0, 1, ["east", "north"]), layoutView("From the south", 0, 2, ["east", "up"])),
+    el("div", { class: "row3" }, layoutView("From above", 0, 1, ["east", "north"]), layoutView("From the south", 0, 2, ["east", "height"])),
     note("Arrows: mean of predicted minus surveyed position of each beacon, enlarged by the scale at the lower right; positions by the scale at the lower left. The check beacon took no part."));
 }
 
 // RESIDUALS
 
 function scatter(beacon, k) {
-  const own = SAMPLES.fixes.filter(f => f.beacon === k), width = 300, height = 250, pad = 34;
+  const own = SAMPLES.fixes.filter(f => f.beacon === k), width = 300, height = 260, pad = 18;
   const good = own.filter(f => !f.outlier), all = good.flatMap(f => shownPaths.map(path => f[`${path}_m`])).filter(m => m);
   if (!all.length) return [];
   const end = roundUp(1e3 * Math.max(1e-6, ...all.map(m => Math.max(Math.abs(m[0]), Math.abs(m[1])))), [1, 1.5, 2, 3, 4, 5, 7, 10]);
   const at = m => [width / 2 + 1e3 * m[0] / end * (width / 2 - pad), height / 2 - 1e3 * m[1] / end * (height / 2 - pad)];
   const axes = [svg("line", { x1: pad, x2: width - pad, y1: height / 2, y2: height / 2, stroke: INK.line }), svg("line", { x1: width / 2, x2: width / 2, y1: pad, y2: height - pad, stroke: INK.line }),
-    text(width - pad, height / 2 - 5, `${short(end)} mm east`, { "text-anchor": "end", class: "soft" }), text(width / 2 + 5, pad - 6, `${short(end)} mm north`, { class: "soft" })];
+    text(width - 4, height / 2 + 14, `${short(end)} mm east`, { "text-anchor": "end", class: "soft" }), text(width / 2 + 5, pad + 4, `${short(end)} mm north`, { class: "soft" })];
   const points = shownPaths.flatMap(path => good.filter(f => f[`${path}_m`]).map(f => { const [x, y] = at(f[`${path}_m`]); return svg("circle", { cx: x.toFixed(1), cy: y.toFixed(1), r: 1.8, fill: COLOURS[path], "fill-opacity": 0.5 }); }));
   const v = OUTCOME.verification[k], means = shownPaths.filter(path => v[path]).map(path => { const [x, y] = at(v[path].mean_m); return svg("path", { d: `M${x - 7} ${y} H${x + 7} M${x} ${y - 7} V${y + 7}`, stroke: COLOURS[path], "stroke-width": 2.5 }); });
   return el("figure", {}, el("h3", {}, `${beacon.name}`, el("small", {}, `  ${beacon.role}`)), picture(width, height, `residuals of ${beacon.name}`, axes, points, means));
@@ -132,10 +132,10 @@ function buildPrinted(home) {
 function buildVerification() {
   if (!shownPaths.length) return;
   const three = (r, key) => r ? number(r[key].map(x => digits(1e3 * x, 1)).join("  ")) : number("-");
-  const rows = OUTCOME.verification.map((v, k) => [v.beacon, v.role, number(grouped(BEACONS[k].fixes)), ...shownPaths.flatMap(path => [three(v[path], "mean_m"), number(v[path] ? digits(1e3 * v[path].rms_m, 1) : "-"), number(v[path] ? String(v[path].outliers) : "-")]),
-    three(v.joint, "mean_standard_deviation_m"), number(v.joint && !missing(v.joint.test_statistic) ? `${digits(v.joint.test_statistic, 2)} (p = ${probability(v.joint.p_value)})` : "")]);
+  const rows = OUTCOME.verification.map((v, k) => [v.beacon, v.role, number(grouped(BEACONS[k].fixes)), number(`${(v.joint || v.reference || {}).outliers || 0}`), ...shownPaths.flatMap(path => [three(v[path], "mean_m"), number(v[path] ? digits(1e3 * v[path].rms_m, 1) : "-")]),
+    three(v.joint, "mean_standard_deviation_m"), number(v.joint && !missing(v.joint.test_statistic) ? digits(v.joint.test_statistic, 1) : ""), number(v.joint && !missing(v.joint.p_value) ? probability(v.joint.p_value) : "")]);
   add("verification", "Verification: predicted minus surveyed beacons, mm",
-    table(["beacon", "role", number("fixes"), ...shownPaths.flatMap(path => [number(`${PATH_NAMES[path].toLowerCase()} mean e, n, u`), number("rms"), number("outliers")]), number("predicted sigma of the mean"), number("test on 3 degrees of freedom")], rows),
+    table(["beacon", "role", number("fixes"), number("outliers"), ...shownPaths.flatMap(path => [number(`${PATH_NAMES[path].toLowerCase()} e, n, u`), number("rms")]), number("sigma of mean"), number("chi-square (3)"), number("p")], rows),
     note("The correction is applied to the sensor's attitude, the beacons are predicted from each fix and compared with the total station. Only the check beacon's test is a test: the others have helped to find the correction."));
 }
 

@@ -242,136 +242,164 @@ fn one() -> u64 {
     1
 }
 
+/// What is wrong, in words.
+#[derive(Default)]
+struct Faults(Vec<String>);
+
+impl Faults {
+    fn range(&mut self, key: &str, found: f64, low: f64, high: f64) {
+        if !(found >= low && found <= high) {
+            self.0
+                .push(format!("{key} = {found}, expected {low} to {high}"));
+        }
+    }
+
+    fn sigmas(&mut self, key: &str, found: &[f64], high: f64) {
+        for sigma in found {
+            self.range(key, *sigma, 0.0, high);
+        }
+    }
+}
+
 impl Scenario {
     /// Everything that is impossible in this scenario; empty when it can be simulated.
     #[must_use]
     pub fn check(&self) -> Vec<String> {
-        let mut faults = vec![];
-        let mut range = |key: &str, found: f64, low: f64, high: f64| {
-            if !(found >= low && found <= high) {
-                faults.push(format!("{key} = {found}, expected {low} to {high}"));
-            }
-        };
-        let origin = &self.transducer.origin;
-        range(
+        let mut faults = Faults::default();
+        self.transducer.check(&mut faults);
+        self.beacons.check(self.transducer.depth_m, &mut faults);
+        let c = &self.control;
+        let control = [c.tilt_sigma_deg, c.azimuth_sigma_deg];
+        faults.sigmas("control (sigmas, degrees)", &control, 10.0);
+        self.fixes.check(&mut faults);
+        let a = &self.attitude;
+        faults.range("attitude.rate_hz", a.rate_hz, 1e-3, 1e4);
+        let attitude = [a.roll_pitch_sigma_deg, a.heading_sigma_deg];
+        faults.sigmas("attitude (sigmas, degrees)", &attitude, 10.0);
+        self.sound_speed.check(&mut faults);
+        let d = &self.disturbance;
+        faults.range("disturbance.gross_fraction", d.gross_fraction, 0.0, 1.0);
+        faults.range("disturbance.gross_range_m", d.gross_range_m, 0.0, 1e4);
+        faults.range("disturbance.gross_angle_deg", d.gross_angle_deg, 0.0, 180.0);
+        self.motion.check(&mut faults);
+        for (source, factor) in self.sources.iter() {
+            faults.range(&format!("sources.{source:?}"), factor, 0.0, 1e6);
+        }
+        faults.0
+    }
+}
+
+impl Transducer {
+    fn check(&self, faults: &mut Faults) {
+        let o = &self.origin;
+        faults.range(
             "transducer.origin.latitude_deg",
-            origin.latitude_deg,
+            o.latitude_deg,
             -89.9,
             89.9,
         );
-        range(
+        faults.range(
             "transducer.origin.longitude_deg",
-            origin.longitude_deg,
+            o.longitude_deg,
             -360.0,
             360.0,
         );
-        range(
-            "transducer.origin.height_m",
-            origin.height_m,
-            -12_000.0,
-            9000.0,
-        );
-        range(
-            "transducer.depth_m",
-            self.transducer.depth_m,
-            1e-3,
-            11_000.0,
-        );
-        for sigma in self.transducer.sigma_m {
-            range("transducer.sigma_m", sigma, 0.0, 10.0);
-        }
-        for sigma in self.beacons.sigma_m {
-            range("beacons.sigma_m", sigma, 0.0, 10.0);
-        }
-        range(
-            "beacons.centre_to_corner_m",
-            self.beacons.centre_to_corner_m,
-            0.0,
-            10_000.0,
-        );
-        if self.beacons.centre_to_corner_m > 0.0 {
-            let least = self.transducer.depth_m + 0.01;
-            range(
+        faults.range("transducer.origin.height_m", o.height_m, -12_000.0, 9000.0);
+        faults.range("transducer.depth_m", self.depth_m, 1e-3, 11_000.0);
+        faults.sigmas("transducer.sigma_m", &self.sigma_m, 10.0);
+    }
+}
+
+impl Beacons {
+    fn check(&self, depth_m: f64, faults: &mut Faults) {
+        faults.sigmas("beacons.sigma_m", &self.sigma_m, 10.0);
+        let side_m = self.centre_to_corner_m;
+        faults.range("beacons.centre_to_corner_m", side_m, 0.0, 10_000.0);
+        if side_m > 0.0 {
+            let least_m = depth_m + 0.01;
+            faults.range(
                 "beacons.water_depth_m",
-                self.beacons.water_depth_m,
-                least,
+                self.water_depth_m,
+                least_m,
                 11_000.0,
             );
         }
-        for (k, beacon) in self.beacons.beacon.iter().enumerate() {
-            let below = -beacon.position_m[2];
-            range(
-                &format!("beacons.beacon[{k}].position_m (depth below the transducer)"),
-                below,
-                -self.transducer.depth_m,
+        for (k, beacon) in self.beacon.iter().enumerate() {
+            let key = format!("beacons.beacon[{k}].position_m");
+            let [east, north, up] = beacon.position_m;
+            faults.range(
+                &format!("{key} (depth below the transducer)"),
+                -up,
+                -depth_m,
                 11_000.0,
             );
+            let range_m = east.hypot(north).hypot(up);
+            faults.range(&format!("{key} (distance)"), range_m, 1e-3, 12_000.0);
         }
-        range(
-            "control.tilt_sigma_deg",
-            self.control.tilt_sigma_deg,
-            0.0,
-            10.0,
-        );
-        range(
-            "control.azimuth_sigma_deg",
-            self.control.azimuth_sigma_deg,
-            0.0,
-            10.0,
-        );
-        let f = &self.fixes;
-        range("fixes.per_beacon", f64::from(f.per_beacon), 1.0, 1e6);
-        range("fixes.rate_hz", f.rate_hz, 1e-6, 1e4);
-        range("fixes.range_sigma_m", f.range_sigma_m, 1e-6, 100.0);
-        range("fixes.range_sigma_ppm", f.range_sigma_ppm, 0.0, 1e5);
-        range("fixes.angle_sigma_deg", f.angle_sigma_deg, 1e-6, 30.0);
-        range(
+        if side_m == 0.0 && self.beacon.is_empty() {
+            let fault = "beacons: found none, expected centre_to_corner_m or [[beacons.beacon]]";
+            faults.0.push(fault.to_owned());
+        }
+    }
+}
+
+impl FixPlan {
+    fn check(&self, faults: &mut Faults) {
+        faults.range("fixes.per_beacon", f64::from(self.per_beacon), 1.0, 1e6);
+        faults.range("fixes.rate_hz", self.rate_hz, 1e-6, 1e4);
+        faults.range("fixes.range_sigma_m", self.range_sigma_m, 1e-6, 100.0);
+        faults.range("fixes.range_sigma_ppm", self.range_sigma_ppm, 0.0, 1e5);
+        faults.range("fixes.angle_sigma_deg", self.angle_sigma_deg, 1e-6, 30.0);
+        faults.range(
             "fixes.nominal_speed_m_s",
-            f.nominal_speed_m_s,
+            self.nominal_speed_m_s,
             1300.0,
             1700.0,
         );
-        let a = &self.attitude;
-        range("attitude.rate_hz", a.rate_hz, 1e-3, 1e4);
-        range(
-            "attitude.roll_pitch_sigma_deg",
-            a.roll_pitch_sigma_deg,
-            0.0,
-            10.0,
-        );
-        range("attitude.heading_sigma_deg", a.heading_sigma_deg, 0.0, 10.0);
-        range(
-            "sound_speed.profile (samples)",
-            self.sound_speed.profile.len() as f64,
-            1.0,
-            1e6,
-        );
-        let mut above = -1e-9;
-        for [depth, speed] in &self.sound_speed.profile {
-            range(
+    }
+}
+
+impl Water {
+    fn check(&self, faults: &mut Faults) {
+        let samples = self.profile.len() as f64;
+        faults.range("sound_speed.profile (samples)", samples, 1.0, 1e6);
+        let mut above = 0.0;
+        for [depth, speed] in &self.profile {
+            faults.range(
                 "sound_speed.profile (depth, ascending)",
                 *depth,
                 above,
                 12_000.0,
             );
-            range("sound_speed.profile (speed)", *speed, 1300.0, 1700.0);
+            faults.range("sound_speed.profile (speed)", *speed, 1300.0, 1700.0);
             above = depth + 1e-9;
         }
-        range(
-            "sound_speed.sigma_m_s",
-            self.sound_speed.sigma_m_s,
-            0.0,
-            50.0,
-        );
-        let d = &self.disturbance;
-        range("disturbance.gross_fraction", d.gross_fraction, 0.0, 1.0);
-        range("disturbance.gross_range_m", d.gross_range_m, 0.0, 1e4);
-        range("disturbance.gross_angle_deg", d.gross_angle_deg, 0.0, 180.0);
-        if self.beacons.centre_to_corner_m == 0.0 && self.beacons.beacon.is_empty() {
-            faults.push(
-                "beacons: found none, expected centre_to_corner_m or [[beacons.beacon]]".to_owned(),
-            );
+        faults.range("sound_speed.sigma_m_s", self.sigma_m_s, 0.0, 50.0);
+    }
+}
+
+impl Motion {
+    fn check(&self, faults: &mut Faults) {
+        for (name, model) in [
+            ("roll", &self.roll),
+            ("pitch", &self.pitch),
+            ("heading", &self.heading),
+        ] {
+            faults.range(&format!("motion.{name}.mean"), model.mean, -360.0, 360.0);
+            for wave in &model.wave {
+                faults.range(
+                    &format!("motion.{name}.wave.amplitude"),
+                    wave.amplitude,
+                    -90.0,
+                    90.0,
+                );
+                faults.range(
+                    &format!("motion.{name}.wave.period_s"),
+                    wave.period_s,
+                    1e-3,
+                    1e6,
+                );
+            }
         }
-        faults
     }
 }

@@ -79,10 +79,16 @@ const SOUND_SPEED: &[Key] = &[
     ),
 ];
 
-const REFERENCE: &[Key] = &[optional(
-    "max_iterations",
-    Kind::Count(limits(1.0, 10_000.0, "1 to 10000")),
-)];
+const REFERENCE: &[Key] = &[
+    optional(
+        "max_iterations",
+        Kind::Count(limits(1.0, 10_000.0, "1 to 10000")),
+    ),
+    optional(
+        "max_sigma_deg",
+        Kind::Number(limits(ABOVE, 180.0, "degrees above 0 and up to 180")),
+    ),
+];
 
 const JOINT: &[Key] = &[
     optional(

@@ -152,7 +152,7 @@ fn compose(
     };
     let (transducer, beacons) = control(&file, &contents.control, &paths, &mut problems);
     let fixes_read = contents.fixes.time_s.len();
-    let attitude = attitude(&file, contents.attitude);
+    let attitude = attitude(&file, &contents.attitude);
     let speed = speeds(
         &file,
         &contents.fixes,
@@ -304,7 +304,7 @@ impl LevelFrame {
     }
 }
 
-fn attitude(file: &UsblFile, records: AttitudeRecords) -> Trajectory {
+fn attitude(file: &UsblFile, records: &AttitudeRecords) -> Trajectory {
     let offset_s = file.attitude.time_offset_s;
     let times = records.time_s.iter().map(|t| t + offset_s).collect();
     let turn = |[roll, pitch, heading]: &[f64; 3]| rotation::from_attitude(*roll, *pitch, *heading);
@@ -350,6 +350,7 @@ fn speeds(
     }
 }
 
+/// The fixes that have a known beacon and an attitude, and how many have none.
 fn fixes(
     file: &UsblFile,
     records: &FixRecords,
@@ -366,52 +367,63 @@ fn fixes(
         speed_m_s,
         noise: file.fixes.noise(),
     };
-    let (mut dropped, mut unknown) = (0, vec![]);
-    let mut outside = None;
-    for k in 0..records.time_s.len() {
-        let name = &records.beacon[k];
+    let (mut unknown, mut outside): (Vec<&str>, Vec<(usize, String)>) = (vec![], vec![]);
+    for (k, name) in records.beacon.iter().enumerate() {
+        let time_s = records.time_s[k] + file.fixes.time_offset_s;
         let Some(beacon) = beacons.iter().position(|b| b.point.name == *name) else {
-            if !unknown.contains(name) {
-                unknown.push(name.clone());
-            }
+            unknown.push(name);
             continue;
         };
-        let time_s = records.time_s[k] + file.fixes.time_offset_s;
         if let Err(why) = attitude.pose_at(time_s) {
-            dropped += 1;
-            outside.get_or_insert((k, why));
+            outside.push((k, why.to_string()));
             continue;
         }
-        let travel_time_s = match records.range_kind {
-            RangeKind::Metres => records.range[k] / speed_m_s,
-            RangeKind::OneWay => records.range[k],
-            RangeKind::TwoWay => 0.5 * (records.range[k] - file.fixes.turnaround_s),
-        };
+        let travel_time_s = travel_time_s(file, records, k, speed_m_s);
         if !(travel_time_s > 0.0) {
             let found = format!("a travel time of {travel_time_s} s without the turnaround");
             let place = format!("line {}", k + 2);
             problems.push(Problem::new(&paths.fixes, place, found, "a time above 0"));
-            continue;
         }
         out.time_s.push(time_s);
         out.beacon.push(beacon as u32);
         out.travel_time_s.push(travel_time_s);
         out.direction.push(records.direction[k]);
     }
-    for name in unknown {
-        let known: Vec<_> = beacons.iter().map(|b| b.point.name.as_str()).collect();
+    problems.extend(unknown_beacons(unknown, beacons, paths));
+    if file.attitude.outside == OutsideRule::Error {
+        problems.extend(without_attitude(&outside, paths));
+    }
+    (out, outside.len())
+}
+
+/// One-way travel time of a row, seconds.
+fn travel_time_s(file: &UsblFile, records: &FixRecords, k: usize, speed_m_s: f64) -> f64 {
+    match records.range_kind {
+        RangeKind::Metres => records.range[k] / speed_m_s,
+        RangeKind::OneWay => records.range[k],
+        RangeKind::TwoWay => 0.5 * (records.range[k] - file.fixes.turnaround_s),
+    }
+}
+
+/// One problem per name that the control file does not have.
+fn unknown_beacons(mut names: Vec<&str>, beacons: &[Beacon], paths: &Paths) -> Vec<Problem> {
+    names.sort_unstable();
+    names.dedup();
+    let known: Vec<_> = beacons.iter().map(|b| b.point.name.as_str()).collect();
+    let expected = format!("a beacon of the control file: {}", known.join(", "));
+    let problem = |name: &str| {
         let found = format!("beacon \"{name}\"");
-        let expected = format!("a beacon of the control file: {}", known.join(", "));
-        problems.push(Problem::new(&paths.fixes, "column beacon", found, expected));
-    }
-    if let (Some((k, why)), OutsideRule::Error) = (outside, file.attitude.outside) {
-        let place = format!("line {}, column time_s", k + 2);
-        let found = format!("{dropped} fixes without attitude, the first: {why}");
-        let expected =
-            "an attitude at every fix ([attitude] outside = \"drop\" leaves such fixes out)";
-        problems.push(Problem::new(&paths.fixes, place, found, expected));
-    }
-    (out, dropped)
+        Problem::new(&paths.fixes, "column beacon", found, &expected)
+    };
+    names.into_iter().map(problem).collect()
+}
+
+fn without_attitude(outside: &[(usize, String)], paths: &Paths) -> Option<Problem> {
+    let (k, why) = outside.first()?;
+    let place = format!("line {}, column time_s", k + 2);
+    let found = format!("{} fixes without attitude, the first: {why}", outside.len());
+    let expected = "an attitude at every fix ([attitude] outside = \"drop\" leaves such fixes out)";
+    Some(Problem::new(&paths.fixes, place, found, expected))
 }
 
 fn notes(file: &UsblFile, dropped: usize, read: usize) -> Vec<String> {
