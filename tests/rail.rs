@@ -281,6 +281,19 @@ fn undetermined_parameters_are_refused_by_name() {
     assert!(words.contains("right"), "{words}");
 }
 
+/// Through a slit of one degree from above, five millimetres of the crown: the heading is refused, by its sigma.
+#[test]
+fn a_slit_view_of_the_crown_is_refused() {
+    let mut scenario = thin();
+    scenario.profiler.truncate(1);
+    let above = &mut scenario.profiler[0];
+    above.mounting_deg.roll = 0.0;
+    above.lever_arm_m = [0.0, 0.05, 0.0];
+    above.field_deg = 1.0;
+    let words = refusal(&scenario);
+    assert!(words.contains("yaw of left (sigma"), "{words}");
+}
+
 /// A rail that is one straight face tells neither height nor heading.
 #[test]
 fn a_straight_line_alone_is_refused() {
