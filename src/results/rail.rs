@@ -37,7 +37,8 @@ pub struct RailResult {
     pub solutions: RailSolutions,
     /// The reference path against the joint one; `None` unless both are usable.
     pub comparison: Option<ParameterComparison>,
-    /// RMS distance of the points used from the standard profile under each mounting, metres: `nominal`, `reference`, `joint`.
+    /// RMS distance of the points used from the standard profile, metres: `nominal` and `reference` with table, rail and INS as known
+    /// before, `joint` with those that it estimated.
     pub residual_rms_m: BTreeMap<String, f64>,
     /// Sentences that the reader should know.
     pub notes: Vec<String>,

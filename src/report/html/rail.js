@@ -55,7 +55,7 @@ function buildProfiles() {
   }));
   add("profiles", "Measured profiles on the standard profile", keys([...paths.map(path => ({ name: PATH_NAMES[path], colour: PATH_INK[path] })), { name: "regions of the patent's path", colour: "#c0392b" }]),
     el("div", { style: "display:flex;flex-wrap:wrap;gap:18px" }, el("figure", {}, crossSection("profiles on the standard profile", whole, 460, 1, sorted)), el("div", { style: "display:grid;grid-template-columns:310px 310px;gap:4px 16px;align-content:start" }, zooms)),
-    note("Points at the position of the table nearest to level, under the nominal mounting and under the mounting of each path, with the INS' attitude and the nominal place of the table's centre."),
+    note("Points at the position of the table nearest to level, under the nominal mounting and under the mounting of each path. The joint path stands on the table, rail and INS that it estimated, the others on those as known before."),
     table(["RMS distance of all points used", number("mm")], ["nominal", "reference", "joint"].filter(path => path in RESULT.residual_rms_m).map(path => [path, RESULT.residual_rms_m[path]]).map(([path, m]) => [PATH_NAMES[path] || path, number(digits(m * 1e3, 4))])));
 }
 

@@ -46,7 +46,7 @@ pub fn result(outcome: &RailOutcome, input: &RailInput, provenance: Provenance) 
         comparison: comparison(outcome),
         residual_rms_m: paths(outcome)
             .into_iter()
-            .map(|(name, m)| (name.to_owned(), rms(outcome, &m)))
+            .map(|path| (path.name.to_owned(), rms(outcome, &path)))
             .collect(),
         notes: notes(scene),
     }

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::super::conditions::Tie;
+use super::super::joint::RailJoint;
 use super::super::model::Turned;
 use super::super::run::RailOutcome;
 use super::super::scene::RailScene;
@@ -21,23 +22,56 @@ const RESIDUALS: usize = 6000;
 const DRAWN_M: f64 = 5e-4;
 /// Points further from the standard profile than this are not counted as the rail's under a path, metres.
 const NEAR_M: f64 = 0.005;
-/// Mountings of each path that has some.
-pub(super) fn paths(outcome: &RailOutcome) -> Vec<(&'static str, Vec<Mounting>)> {
-    let nominal = outcome
-        .scene
-        .campaign
-        .profilers
-        .iter()
-        .map(|p| p.nominal)
+
+/// A path's mountings, and the stand at every position as the path has it.
+pub(super) struct Path {
+    /// `nominal`, `reference` or `joint`.
+    pub(super) name: &'static str,
+    mountings: Vec<Mounting>,
+    stands: Vec<Turned>,
+}
+
+/// Each path that has mountings. The joint one comes with the stand that it estimated, the others with the stand as known before.
+pub(super) fn paths(outcome: &RailOutcome) -> Vec<Path> {
+    let scene = &outcome.scene;
+    let known: Vec<Turned> = (0..scene.positions.len())
+        .map(|k| stand(scene, k))
         .collect();
-    let mut all = vec![("nominal", nominal)];
+    let path = |name, mountings| Path {
+        name,
+        mountings,
+        stands: known.clone(),
+    };
+    let profilers = scene.campaign.profilers.iter();
+    let mut all = vec![path("nominal", profilers.map(|p| p.nominal).collect())];
     if let Some(found) = usable_reference(outcome) {
-        all.push(("reference", found.iter().map(|r| r.mounting).collect()));
+        all.push(path(
+            "reference",
+            found.iter().map(|r| r.mounting).collect(),
+        ));
     }
     if let Some(found) = usable_joint(outcome) {
-        all.push(("joint", found.mountings.clone()));
+        all.push(Path {
+            stands: estimated(scene, found),
+            ..path("joint", found.mountings.clone())
+        });
     }
     all
+}
+
+/// The stand that the joint path estimated.
+fn estimated(scene: &RailScene, found: &RailJoint) -> Vec<Turned> {
+    let estimate = &found.solution.estimate;
+    let at = |k| {
+        Turned::at(
+            scene,
+            &found.blocks,
+            &estimate.parameters,
+            estimate.chain.as_ref(),
+            k,
+        )
+    };
+    (0..scene.positions.len()).map(at).collect()
 }
 
 /// The stand at a position as known before, with the INS' attitude.
@@ -72,18 +106,16 @@ fn placed(
     Some((q, near.distance_m.copysign(signed)))
 }
 
-/// RMS distance of the used points (of all points without a joint solution) under these mountings, as known before otherwise.
-pub(super) fn rms(outcome: &RailOutcome, mountings: &[Mounting]) -> f64 {
+/// RMS distance of the used points (of all points without a joint solution) from the standard profile under a path.
+pub(super) fn rms(outcome: &RailOutcome, path: &Path) -> f64 {
     let scene = &outcome.scene;
-    let stands: Vec<Turned> = (0..scene.positions.len())
-        .map(|k| stand(scene, k))
-        .collect();
     let rows: Vec<(u32, u32)> = match usable_joint(outcome) {
         Some(found) => found.ties.iter().map(|t| (t.row, t.position)).collect(),
         None => scene.points.iter().map(|p| (p.row, p.position)).collect(),
     };
     let distance = |&(row, position): &(u32, u32)| {
-        placed(scene, &stands[position as usize], mountings, row as usize)
+        let stand = &path.stands[position as usize];
+        placed(scene, stand, &path.mountings, row as usize)
     };
     let squares: Vec<f64> = rows
         .iter()
@@ -143,7 +175,6 @@ fn micrometres(m: f64) -> f64 {
 fn profiles(outcome: &RailOutcome) -> Vec<ProfileSample> {
     let scene = &outcome.scene;
     let level = scene.level_position();
-    let at = stand(scene, level);
     let rows: Vec<usize> = scene
         .points
         .iter()
@@ -151,15 +182,15 @@ fn profiles(outcome: &RailOutcome) -> Vec<ProfileSample> {
         .map(|p| p.row as usize)
         .collect();
     let mut all = vec![];
-    for (path, mountings) in paths(outcome) {
-        for profiler in 0..mountings.len() as u32 {
+    for path in paths(outcome) {
+        for profiler in 0..path.mountings.len() as u32 {
             let own: Vec<usize> = rows
                 .iter()
                 .copied()
                 .filter(|&r| scene.campaign.points.profiler[r] == profiler)
                 .collect();
             let step = own.len().div_ceil(SHOWN).max(1);
-            let place = |&row: &usize| placed(scene, &at, &mountings, row);
+            let place = |&row: &usize| placed(scene, &path.stands[level], &path.mountings, row);
             let points = own
                 .iter()
                 .step_by(step)
@@ -167,7 +198,7 @@ fn profiles(outcome: &RailOutcome) -> Vec<ProfileSample> {
                 .map(|(q, d)| [q.x, q.y, d].map(micrometres));
             all.push(ProfileSample {
                 profiler,
-                path: path.to_owned(),
+                path: path.name.to_owned(),
                 points: points.collect(),
             });
         }
