@@ -67,8 +67,13 @@ fn without_errors_both_paths_find_the_truth() {
         let error = errors(&outcome, &survey);
         assert!(error[..3].iter().all(|e| e.abs() < 2e-7), "{error:?}");
         assert!(error[3..6].iter().all(|e| e.abs() < 2e-7), "{error:?}");
-        // 2e-7 rad at 8 m of range, three axes
-        assert!(outcome.joint_residuals.iter().all(|r| r.rms_m < 3e-6));
+        // a step of the simulator's integrator (12 microseconds) that straddles a kink of the profile (0.75 / s) errs by up to 2e-6 rad
+        let largest = outcome
+            .joint_residuals
+            .iter()
+            .map(|r| r.rms_m)
+            .fold(0.0, f64::max);
+        assert!(largest < 1e-5, "{largest}");
     }
 }
 

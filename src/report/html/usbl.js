@@ -40,10 +40,10 @@ function layoutView(title, across, up, names) {
     const arrows = shownPaths.filter(path => v && v[path]).map(path => arrow(x, y, v[path].mean_m[across] * stretch, -v[path].mean_m[up] * stretch, COLOURS[path]));
     return svg("g", {}, svg("title", {}, `${b.name}, ${b.role}`), b.role === "check" ? svg("rect", { x: x - 6, y: y - 6, width: 12, height: 12, fill: "#fff", stroke: colour, "stroke-width": 2 }) : svg("circle", { cx: x, cy: y, r: 6, fill: "#fff", stroke: colour, "stroke-width": 2 }), arrows, text(x + 10, y - 9, b.name));
   });
-  const [tx, ty] = at([0, 0, 0]), transducer = [svg("path", { d: `M${tx - 8} ${ty + 6} h16 l-8 -13 Z`, fill: COLOURS.joint }), text(tx - 11, ty + 3, "transducer", { "text-anchor": "end" })];
+  const [tx, ty] = at([0, 0, 0]), transducer = [svg("path", { d: `M${tx - 8} ${ty + 6} h16 l-8 -13 Z`, fill: COLOURS.joint }), tx < 90 ? text(tx + 11, ty + 3, "transducer") : text(tx - 11, ty + 3, "transducer", { "text-anchor": "end" })];
   const metre = roundUp(Math.max(span(across), span(up)) / 5), bar = metre * size;
   const rulers = [svg("line", { x1: 12, x2: 12 + bar, y1: height - 12, y2: height - 12, stroke: "#1c2730", "stroke-width": 2 }), text(12, height - 18, `${short(metre)} m`),
-    svg("line", { x1: width - 72, x2: width - 12, y1: height - 12, y2: height - 12, stroke: "#b45309", "stroke-width": 2 }), text(width - 72, height - 18, `${short(1e3 * unit)} mm`)];
+    ...(means.length ? [svg("line", { x1: width - 72, x2: width - 12, y1: height - 12, y2: height - 12, stroke: "#5b6b78", "stroke-width": 2 }), text(width - 72, height - 18, `${short(1e3 * unit)} mm`)] : [])];
   const compass = [text(width - 12, 16, `${names[0]} to the right, ${names[1]} to the top`, { "text-anchor": "end", class: "soft" })];
   return el("figure", {}, el("h3", {}, title), picture(width, height, title, lines, transducer, marks, rulers, compass));
 }
@@ -63,7 +63,7 @@ function pathLegend() {
 function buildLayout() {
   add("layout", "Beacons, and where the corrected sensor puts them", pathLegend(),
     el("div", { class: "row3" }, layoutView("From above", 0, 1, ["east", "north"]), layoutView("From the south", 0, 2, ["east", "height"])),
-    note("Arrows: mean of predicted minus surveyed position of each beacon, enlarged by the scale at the lower right; positions by the scale at the lower left. The check beacon took no part."));
+    shownPaths.length ? note("Arrows: mean of predicted minus surveyed position of each beacon, enlarged by the scale at the lower right; positions by the scale at the lower left. The check beacon took no part.") : note("The beacons as surveyed; there is no correction to verify."));
 }
 
 // RESIDUALS
@@ -105,7 +105,7 @@ function buildPaths() {
   const sigma = name => { const p = JOINT && JOINT.parameters.find(p => p.name === name); return p && p.standard_deviation; };
   const joint = JOINT && angles(JOINT.correction_deg), reference = REFERENCE && angles(REFERENCE.correction_deg), truth = SAMPLES.truth && angles(SAMPLES.truth.correction_deg);
   const formal = REFERENCE && REFERENCE.formal_covariance, names = ["pitch", "roll", "yaw"], senses = ["bow up", "starboard down", "counter-clockwise"];
-  const head = ["correction, deg", number("reference"), number("joint"), number("difference in sigmas"), ...(truth ? [number("truth"), number("reference error"), number("joint error")] : [])];
+  const head = ["correction, deg", number("reference"), number("joint"), number("difference in sigmas"), ...(truth ? [number("truth"), number("reference - truth"), number("joint - truth")] : [])];
   const rows = names.map((name, i) => [`${name} (${senses[i]})`, number(reference ? withSigma(reference[i], formal ? Math.sqrt(formal[i][i]) * 180 / Math.PI : null) : "-"), number(joint ? withSigma(joint[i], sigma(name)) : "-"),
     number(OUTCOME.comparison ? digits(OUTCOME.comparison.differences[i].in_reference_sigmas, 1) : "-"), ...(truth ? [number(digits(truth[i], 4)), number(reference ? digits(reference[i] - truth[i], 4) : "-"), number(joint ? digits(joint[i] - truth[i], 4) : "-")] : [])]);
   const home = add("paths", "Both paths", table(head, rows));
