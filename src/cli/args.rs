@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
 use super::plan::Wanted;
 use crate::budget::sweep::Vary;
-use crate::calibrate::pool::Method;
+use crate::calibrate::choices::Method;
 
 const ABOUT: &str = "Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true";
 

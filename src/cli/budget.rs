@@ -14,7 +14,7 @@ use crate::budget::analytic::{
 use crate::budget::experiment::{Ended, Experiment};
 use crate::budget::trial::Configuration;
 use crate::budget::{predicted, soundings, summary, sweep};
-use crate::calibrate::pool::Method;
+use crate::calibrate::choices::Method;
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetPath, BudgetResult};
 use crate::simulate::{Scenario, SimulateError};

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use super::Ending;
 use super::args::Calibrate;
 use super::error::CliError;
@@ -9,7 +11,7 @@ use super::talk::Talk;
 use crate::calibrate::pool::summary::{self, Dropped};
 use crate::calibrate::pool::{self, Method, PoolInput};
 use crate::report;
-use crate::results::{PoolResult, Provenance, ReportSamples, Software, Truth};
+use crate::results::{InputFile, PoolResult, Provenance, ReportSamples, Software, Truth};
 use crate::survey::{self, LoadedSurvey};
 
 /// Runs the command.
@@ -69,7 +71,12 @@ pub fn calibrated(
         soundings: survey.counts.soundings_dropped as u64,
         returns: survey.counts.laser_dropped as u64,
     };
-    let result = summary::result(&outcome, &input, dropped, provenance(survey, method, seed)?);
+    let result = summary::result(
+        &outcome,
+        &input,
+        dropped,
+        provenance(&survey.file, &survey.inputs, method, seed)?,
+    );
     let samples = summary::samples(&outcome, &survey.file.name, truth);
     let notes = survey
         .notes
@@ -97,33 +104,39 @@ pub fn input(survey: &LoadedSurvey, method: Method, seed: u64) -> PoolInput<'_> 
     }
 }
 
-fn provenance(survey: &LoadedSurvey, method: Method, seed: u64) -> Result<Provenance, CliError> {
-    let mut configuration = serde_json::to_value(&survey.file)?;
-    let name = match method {
-        Method::Sequential => "sequential",
-        Method::Joint => "joint",
-        Method::Both => "both",
-    };
+/// What a result says of where it comes from: the configuration as it took effect and the files it was read from.
+pub fn provenance(
+    configuration: &impl Serialize,
+    inputs: &[InputFile],
+    method: Method,
+    seed: u64,
+) -> Result<Provenance, CliError> {
+    let mut configuration = serde_json::to_value(configuration)?;
     if let Some(table) = configuration.as_object_mut() {
-        table.insert("method".to_owned(), name.into());
+        table.insert("method".to_owned(), method.name().into());
     }
     Ok(Provenance {
         software: Software::this(),
         seed,
-        inputs: survey.inputs.clone(),
+        inputs: inputs.to_vec(),
         configuration,
     })
+}
+
+/// Where a result's files are, for the terminal.
+pub fn place(written: &report::Written) -> String {
+    format!(
+        "Result  {}\nReport  {}\n",
+        written.result.display(),
+        written.report.display()
+    )
 }
 
 /// Writes both files and says where they are.
 pub fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<String, CliError> {
     talk.step(&format!("writing {}", folder.display()));
     let written = report::write_all(folder, &finished.result, &finished.samples)?;
-    Ok(format!(
-        "Result  {}\nReport  {}\n",
-        written.result.display(),
-        written.report.display()
-    ))
+    Ok(place(&written))
 }
 
 /// The notes as a paragraph, empty without any.

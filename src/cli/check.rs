@@ -10,7 +10,7 @@ use super::args::Check;
 use super::calibrate::{input, notes};
 use super::error::CliError;
 use super::talk::Talk;
-use crate::calibrate::pool::Method;
+use crate::calibrate::choices::Method;
 use crate::calibrate::pool::preview::{PassSpan, Predicted, Preview, preview};
 use crate::report::text::ruled_table;
 use crate::survey::clock::Span;

@@ -7,7 +7,7 @@ use super::calibrate::{calibrated, notes, write};
 use super::error::CliError;
 use super::talk::Talk;
 use super::{Ending, simulate, truth};
-use crate::calibrate::pool::Method;
+use crate::calibrate::choices::Method;
 use crate::report;
 use crate::survey::write::SURVEY_FILE;
 use crate::survey::{self, ScenarioFile, scenario};

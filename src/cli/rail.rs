@@ -8,16 +8,16 @@ use serde_json::json;
 
 use super::Ending;
 use super::args::{Budget, Calibrate, Check, Demo, Simulate};
-use super::calibrate::folder_of;
+use super::calibrate::{folder_of, place, provenance};
 use super::error::CliError;
 use super::named_budget;
 use super::talk::Talk;
 use crate::budget::named::rail::RailTrials;
-use crate::calibrate::pool::Method;
+use crate::calibrate::choices::Method;
 use crate::calibrate::rail::{self, RailInput, RailScene, summary, trial, verdict};
 use crate::report;
 use crate::report::text::ruled_table;
-use crate::results::{Provenance, RailResult, RailSamples, Software};
+use crate::results::{RailResult, RailSamples};
 use crate::simulate::rail::{DEMO, RailTruth, SimulatedRail, simulate as simulated};
 use crate::survey::rail::{LoadedRail, RailScenarioFile, load, read_scenario, write_rail};
 use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
@@ -80,7 +80,11 @@ fn calibrated(
     let input = input(survey, method);
     let outcome = rail::calibrate(&input);
     talk.step("comparing and drawing");
-    let result = summary::result(&outcome, &input, provenance(survey, method, seed)?);
+    let result = summary::result(
+        &outcome,
+        &input,
+        provenance(&survey.file, &survey.inputs, method, seed)?,
+    );
     let truth = truth.map(|t| {
         let all: Vec<_> = t
             .profilers
@@ -93,24 +97,6 @@ fn calibrated(
     Ok((result, samples))
 }
 
-fn provenance(survey: &LoadedRail, method: Method, seed: u64) -> Result<Provenance, CliError> {
-    let mut configuration = serde_json::to_value(&survey.file)?;
-    let name = match method {
-        Method::Sequential => "sequential",
-        Method::Joint => "joint",
-        Method::Both => "both",
-    };
-    if let Some(table) = configuration.as_object_mut() {
-        table.insert("method".to_owned(), name.into());
-    }
-    Ok(Provenance {
-        software: Software::this(),
-        seed,
-        inputs: survey.inputs.clone(),
-        configuration,
-    })
-}
-
 fn write(
     folder: &Path,
     result: &RailResult,
@@ -119,11 +105,7 @@ fn write(
 ) -> Result<String, CliError> {
     talk.step(&format!("writing {}", folder.display()));
     let written = report::write_rail(folder, result, samples)?;
-    Ok(format!(
-        "Result  {}\nReport  {}\n",
-        written.result.display(),
-        written.report.display()
-    ))
+    Ok(place(&written))
 }
 
 /// `boresight simulate`.

@@ -9,18 +9,18 @@ use serde_json::json;
 
 use super::Ending;
 use super::args::{Budget, Calibrate, Check, Demo, Simulate};
-use super::calibrate::{folder_of, notes};
+use super::calibrate::{folder_of, notes, place, provenance};
 use super::error::CliError;
 use super::named_budget;
 use super::talk::Talk;
 use crate::budget::named::usbl::UsblTrials;
-use crate::calibrate::pool::Method;
+use crate::calibrate::choices::Method;
 use crate::calibrate::usbl::{self, Layout, Scene, UsblInput, summary};
 use crate::geometry::rotation;
 use crate::observe::usbl::Role;
 use crate::report;
 use crate::report::text::ruled_table;
-use crate::results::{Angles, Provenance, Software, UsblResult, UsblSamples, UsblTruth};
+use crate::results::{Angles, UsblResult, UsblSamples, UsblTruth};
 use crate::simulate::usbl::{DEMO, Simulated, Truth, simulate as simulated};
 use crate::survey::usbl::{LoadedUsbl, UsblScenarioFile, load, scenario, write_survey};
 use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
@@ -77,39 +77,17 @@ fn calibrated(
     let outcome = usbl::calibrate(&input)?;
     talk.step("comparing and drawing");
     let read = (survey.fixes_read, survey.fixes_dropped);
-    let provenance = provenance(survey, method, seed)?;
+    let provenance = provenance(&survey.file, &survey.inputs, method, seed)?;
     Ok(Finished {
         result: summary::result(&outcome, &input, read, &survey.notes, provenance),
         samples: summary::samples(&outcome, &survey.file.name, truth),
     })
 }
 
-fn provenance(survey: &LoadedUsbl, method: Method, seed: u64) -> Result<Provenance, CliError> {
-    let mut configuration = serde_json::to_value(&survey.file)?;
-    let name = match method {
-        Method::Sequential => "sequential",
-        Method::Joint => "joint",
-        Method::Both => "both",
-    };
-    if let Some(table) = configuration.as_object_mut() {
-        table.insert("method".to_owned(), name.into());
-    }
-    Ok(Provenance {
-        software: Software::this(),
-        seed,
-        inputs: survey.inputs.clone(),
-        configuration,
-    })
-}
-
 fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<String, CliError> {
     talk.step(&format!("writing {}", folder.display()));
     let written = report::write_usbl(folder, &finished.result, &finished.samples)?;
-    Ok(format!(
-        "Result  {}\nReport  {}\n",
-        written.result.display(),
-        written.report.display()
-    ))
+    Ok(place(&written))
 }
 
 /// `boresight simulate`.

@@ -33,13 +33,20 @@ pub fn write_all(
     result: &PoolResult,
     samples: &ReportSamples,
 ) -> Result<Written, ReportError> {
-    let bytes = json::to_bytes(result)?;
-    let page = html::render(result, samples)?;
+    both(
+        folder,
+        &json::to_bytes(result)?,
+        &html::render(result, samples)?,
+    )
+}
+
+/// Writes both texts, each whole or not at all.
+pub(super) fn both(folder: &Path, bytes: &[u8], page: &str) -> Result<Written, ReportError> {
     let written = Written {
         result: folder.join("result.json"),
         report: folder.join("report.html"),
     };
-    write_whole(&written.result, &bytes)?;
+    write_whole(&written.result, bytes)?;
     write_whole(&written.report, page.as_bytes())?;
     Ok(written)
 }

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use comfy_table::CellAlignment;
 
-use super::files::Written;
+use super::files::{Written, both};
 use super::text::ruled_table;
 use super::{ReportError, html, json};
-use crate::results::{Parameter, RailResult, RailSamples, write_whole};
+use crate::results::{Parameter, RailResult, RailSamples};
 use crate::units::with_sigma;
 
 /// Writes `result.json` and `report.html` into `folder`, each whole or not at all; the folder is made when missing.
@@ -20,15 +20,7 @@ pub fn write_rail(
     result: &RailResult,
     samples: &RailSamples,
 ) -> Result<Written, ReportError> {
-    let bytes = to_bytes(result)?;
-    let page = html::rail(result, samples)?;
-    let written = Written {
-        result: folder.join("result.json"),
-        report: folder.join("report.html"),
-    };
-    write_whole(&written.result, &bytes)?;
-    write_whole(&written.report, page.as_bytes())?;
-    Ok(written)
+    both(folder, &to_bytes(result)?, &html::rail(result, samples)?)
 }
 
 /// The bytes of `result.json`; the same result gives the same bytes.

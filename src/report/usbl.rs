@@ -5,11 +5,11 @@ use std::path::Path;
 
 use comfy_table::CellAlignment;
 
+use super::files::both;
 use super::text::ruled_table;
 use super::{ReportError, Written, html, json};
 use crate::results::{
-    MountingAngles, Parameter, UsblJoint, UsblPrintedAngles, UsblResiduals, UsblResult,
-    UsblSamples, write_whole,
+    MountingAngles, Parameter, UsblJoint, UsblPrintedAngles, UsblResiduals, UsblResult, UsblSamples,
 };
 use crate::units::with_sigma;
 
@@ -22,15 +22,7 @@ pub fn write_usbl(
     result: &UsblResult,
     samples: &UsblSamples,
 ) -> Result<Written, ReportError> {
-    let bytes = to_bytes(result)?;
-    let page = html::usbl(result, samples)?;
-    let written = Written {
-        result: folder.join("result.json"),
-        report: folder.join("report.html"),
-    };
-    write_whole(&written.result, &bytes)?;
-    write_whole(&written.report, page.as_bytes())?;
-    Ok(written)
+    both(folder, &to_bytes(result)?, &html::usbl(result, samples)?)
 }
 
 /// The bytes of `result.json`; the same result gives the same bytes.

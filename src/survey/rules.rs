@@ -16,10 +16,19 @@ pub(super) fn survey_problems(document: &Document<'_>, folder: Option<&Path>) ->
     problems.extend(lidar_problems(document));
     problems.extend(sound_speed_problems(document));
     if let Some(folder) = folder {
-        problems.extend(missing_files(document, folder));
+        problems.extend(missing_files(document, folder, FILES));
     }
     problems
 }
+
+/// Keys that name a file.
+const FILES: &[[&str; 2]] = &[
+    ["target", "model"],
+    ["trajectory", "path"],
+    ["lidar", "path"],
+    ["multibeam", "path"],
+    ["sound_speed", "profile"],
+];
 
 fn other_procedure(document: &Document<'_>) -> Option<Problem> {
     let procedure = document.string(&["procedure"])?;
@@ -90,17 +99,14 @@ fn sound_speed_problems(document: &Document<'_>) -> Vec<Problem> {
     vec![document.problem(&section, found, "one of them")]
 }
 
-/// Paths that do not lead to a file.
-fn missing_files(document: &Document<'_>, folder: &Path) -> Vec<Problem> {
-    let paths = [
-        ["target", "model"],
-        ["trajectory", "path"],
-        ["lidar", "path"],
-        ["multibeam", "path"],
-        ["sound_speed", "profile"],
-    ];
-    let missing = |path: &[&str; 2]| {
-        let name = document.string(path)?;
+/// Keys whose paths do not lead to a file.
+pub(super) fn missing_files(
+    document: &Document<'_>,
+    folder: &Path,
+    keys: &[[&str; 2]],
+) -> Vec<Problem> {
+    let missing = |key: &[&str; 2]| {
+        let name = document.string(key)?;
         let found = match std::fs::metadata(folder.join(name)) {
             Ok(file) if file.is_dir() => format!("\"{name}\", a folder"),
             Ok(_) => return None,
@@ -110,12 +116,12 @@ fn missing_files(document: &Document<'_>, folder: &Path) -> Vec<Problem> {
             Err(error) => format!("\"{name}\": {error}"),
         };
         Some(document.problem(
-            path,
+            key,
             found,
             "a readable file, its path relative to the survey file",
         ))
     };
-    paths.iter().filter_map(missing).collect()
+    keys.iter().filter_map(missing).collect()
 }
 
 /// Every fault of a target file's text.

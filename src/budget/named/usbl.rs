@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::{Acting, JointSaid, NamedTrial, Tried, word};
-use crate::calibrate::pool::Method;
+use crate::calibrate::choices::Method;
 use crate::calibrate::quality::readable;
 use crate::calibrate::usbl::joint::{JointOutcome, sought};
 use crate::calibrate::usbl::{JointConfig, ReferenceConfig, UsblInput, UsblOutcome, calibrate};

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::calibrate::choices::KernelName;
+
 /// How the reference path measures an angle between two normals (mathematics section 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -58,23 +60,6 @@ pub enum Drift {
     On,
     /// White noise is added to each condition's variance, drift is ignored.
     Off,
-}
-
-/// Robust kernel of the joint path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum KernelName {
-    /// No robustness.
-    LeastSquares,
-    /// Linear tails.
-    #[default]
-    Huber,
-    /// Logarithmic tails.
-    Cauchy,
-    /// Zero weight beyond the width.
-    Tukey,
-    /// Bounded cost.
-    GemanMcclure,
 }
 
 /// Standard deviations of prior knowledge about the six parameters, about their nominal values.

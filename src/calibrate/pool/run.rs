@@ -13,24 +13,13 @@ use super::sequential::{
 };
 use super::ties::{self, Among, Association, Tie, TieSet};
 use super::verdict::Refusal;
+pub use crate::calibrate::choices::Method;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::{Plane, PlaneFit};
 use crate::georef::{RayError, georeference};
 use crate::matching::{Patches, Water};
 use crate::observe::{Campaign, Mounting, PoseSample};
 use crate::target::{Role, Target};
-
-/// Which paths run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Method {
-    /// The reference path only.
-    Sequential,
-    /// The joint path only.
-    Joint,
-    /// Both, compared.
-    #[default]
-    Both,
-}
 
 /// Everything a pool calibration needs.
 #[derive(Clone, Debug)]

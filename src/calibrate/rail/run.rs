@@ -9,7 +9,7 @@ use super::reference::{RailReference, ReferenceError, cloud, coarse, reference};
 use super::scene::RailScene;
 use super::verdict::{self, RailRefusal};
 use crate::adjust::AdjustError;
-use crate::calibrate::pool::Method;
+use crate::calibrate::choices::Method;
 use crate::observe::{Mounting, Profiler, RailCampaign};
 use crate::target::RailProfile;
 

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Vector3};
 use super::config::{RailJointConfig, RailReferenceConfig};
 use super::model::{SOUGHT, SOUGHT_NAMES};
 use super::run::{RailInput, calibrate};
-use crate::calibrate::pool::Method;
+use crate::calibrate::choices::Method;
 use crate::observe::{Mounting, Profiler};
 use crate::simulate::rail::{RailScenario, RailScenarioError, RailSources, simulate};
 use crate::target::RailProfile;

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::adjust::{Kernel, Options};
-pub use crate::calibrate::pool::config::KernelName;
+use crate::adjust::Options;
+pub use crate::calibrate::choices::KernelName;
 
 /// The `[reference]` section.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -68,16 +68,8 @@ impl JointConfig {
     /// The engine's options.
     #[must_use]
     pub fn options(&self) -> Options {
-        let k = self.kernel_width_sigma;
-        let kernel = match self.kernel {
-            KernelName::LeastSquares => Kernel::LeastSquares,
-            KernelName::Huber => Kernel::Huber { k },
-            KernelName::Cauchy => Kernel::Cauchy { k },
-            KernelName::Tukey => Kernel::Tukey { k },
-            KernelName::GemanMcclure => Kernel::GemanMcClure { k },
-        };
         Options {
-            kernel,
+            kernel: self.kernel.kernel(self.kernel_width_sigma),
             step_tolerance_sigmas: 0.01,
             ..Options::default()
         }

@@ -28,7 +28,7 @@ pub use reference::{PrintedAngles, ReferenceError, ReferenceOutcome};
 pub use scene::{Scene, UsblError};
 pub use verdict::{Layout, Refusal};
 
-use crate::calibrate::pool::Method;
+use crate::calibrate::choices::Method;
 use crate::observe::usbl::UsblCampaign;
 use verify::{BeaconResiduals, Calibrated, verify};
 

@@ -11,6 +11,7 @@ use crate::results::InputFile;
 use crate::survey::document::Document;
 use crate::survey::load::{keep, read_text, typed};
 use crate::survey::problem::{Problem, SurveyError, none_of};
+use crate::survey::rules::missing_files;
 use crate::survey::schema;
 use crate::target::{RailModel, RailProfile};
 
@@ -125,7 +126,7 @@ pub fn parse_survey(
     problems.extend(
         folder
             .iter()
-            .flat_map(|folder| missing_files(&document, folder)),
+            .flat_map(|folder| missing_files(&document, folder, FILES)),
     );
     none_of(problems)?;
     let file: RailSurveyFile = typed(path, text)?;
@@ -156,31 +157,13 @@ pub(super) fn same_names<'n>(
     problems
 }
 
-fn missing_files(document: &Document<'_>, folder: &Path) -> Vec<Problem> {
-    let paths = [
-        ["rail", "model"],
-        ["profiles", "path"],
-        ["attitude", "path"],
-        ["table", "path"],
-    ];
-    let missing = |path: &[&str; 2]| {
-        let name = document.string(path)?;
-        let found = match std::fs::metadata(folder.join(name)) {
-            Ok(file) if file.is_dir() => format!("\"{name}\", a folder"),
-            Ok(_) => return None,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                format!("\"{name}\", no such file")
-            }
-            Err(error) => format!("\"{name}\": {error}"),
-        };
-        Some(document.problem(
-            path,
-            found,
-            "a readable file, its path relative to the survey file",
-        ))
-    };
-    paths.iter().filter_map(missing).collect()
-}
+/// Keys that name a file.
+const FILES: &[[&str; 2]] = &[
+    ["rail", "model"],
+    ["profiles", "path"],
+    ["attitude", "path"],
+    ["table", "path"],
+];
 
 /// Checks and parses the text of a rail model file; `path` names it in messages.
 ///

@@ -3,7 +3,7 @@
 use nalgebra::Matrix6;
 
 use super::super::conditions::{ReturnConditions, SoundingConditions, TrajectoryErrors};
-use super::super::config::{Drift, JointConfig, KernelName, Planes};
+use super::super::config::{Drift, JointConfig, Planes};
 use super::super::coverage::Coverage;
 use super::super::scene::Scene;
 use super::super::ties::{
@@ -275,16 +275,8 @@ pub(super) fn passing(config: &JointConfig) -> Options {
 
 /// The engine's options for a configuration.
 pub(crate) fn options(config: &JointConfig) -> Options {
-    let k = config.kernel_width_sigma;
-    let kernel = match config.kernel {
-        KernelName::LeastSquares => Kernel::LeastSquares,
-        KernelName::Huber => Kernel::Huber { k },
-        KernelName::Cauchy => Kernel::Cauchy { k },
-        KernelName::Tukey => Kernel::Tukey { k },
-        KernelName::GemanMcclure => Kernel::GemanMcClure { k },
-    };
     Options {
-        kernel,
+        kernel: config.kernel.kernel(config.kernel_width_sigma),
         step_tolerance_sigmas: LAST_STEP_SIGMAS,
         ..Options::default()
     }

@@ -5,7 +5,7 @@ use super::super::run::RailInput;
 use super::super::scene::RailScene;
 use super::super::trial::names;
 use crate::adjust::{self, Unit};
-use crate::calibrate::pool::config::KernelName;
+use crate::calibrate::choices::KernelName;
 use crate::calibrate::quality::{Judged, block_priors, group, named_prior, quality};
 use crate::results::{Prior, Quality};
 
