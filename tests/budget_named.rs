@@ -128,3 +128,16 @@ fn what_only_a_pool_s_budget_has_is_refused() {
     );
     assert!(!Path::new(&*out).exists());
 }
+
+#[test]
+fn a_survey_without_truth_is_refused() {
+    let folder = tempfile::tempdir().expect("folder");
+    let (file, out) = (folder.path().join("survey.toml"), folder.path().join("out"));
+    std::fs::write(&file, "name = \"x\"\nprocedure = \"usbl\"\n").expect("written");
+    let (file, out) = (file.to_string_lossy(), out.to_string_lossy());
+    let output = command(&["budget", &file, "--out", &out]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("expected a usbl scenario"), "{said}");
+    assert!(!Path::new(&*out).exists());
+}

@@ -106,6 +106,14 @@ pub enum CliError {
         /// The procedure.
         procedure: &'static str,
     },
+    /// A survey of a procedure whose budget needs a truth.
+    #[error("{}: whole file: found a {procedure} survey, expected a {procedure} scenario: this budget simulates, and a survey has no truth", file.display())]
+    NeedsScenario {
+        /// The file.
+        file: PathBuf,
+        /// The procedure.
+        procedure: &'static str,
+    },
     /// Trials of a survey.
     #[error("{}: whole file: found a survey with --trials, expected a scenario: trials need a truth (without --trials the survey's own errors are propagated)", file.display())]
     NoTrials {

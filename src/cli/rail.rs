@@ -39,6 +39,7 @@ pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
 
 /// `boresight budget`.
 pub fn budget(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
+    named_budget::needs_scenario(&args.scenario, "rail")?;
     talk.step(&format!("reading {}", args.scenario.display()));
     let file = read_scenario(&args.scenario)?;
     let (reference, joint) = file.calibration(&args.scenario)?;

@@ -141,6 +141,7 @@ fn written(
 
 /// `boresight budget`.
 pub fn budget(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
+    named_budget::needs_scenario(&args.scenario, "usbl")?;
     talk.step(&format!("reading {}", args.scenario.display()));
     let file = scenario::read(&args.scenario)?;
     let calibration = file.calibration(&args.scenario)?;

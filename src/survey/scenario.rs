@@ -120,7 +120,10 @@ fn parse(
 ) -> Result<ScenarioFile, ScenarioError> {
     let mut root = table_of(file, text)?;
     if let Some(found) = other_kind(&root) {
-        return Err(fault(file, format!("found {found}, expected a scenario")));
+        return Err(fault(
+            file,
+            format!("found {found}, expected a scenario of a pool survey"),
+        ));
     }
     let model_text = match path_of_model(&root) {
         Some(path) => Some(
@@ -173,27 +176,22 @@ fn table_of<'t>(file: &Path, text: &'t str) -> Result<Spanned<DeTable<'t>>, Scen
     })
 }
 
-/// What a file is that is no scenario but has the keys of another kind.
+/// What a file is that is no pool scenario but has the keys of another kind.
 fn other_kind(root: &Spanned<DeTable<'_>>) -> Option<String> {
     let has = |key: &&str| root.get_ref().contains_key(*key);
-    if OF_SCENARIO.iter().any(has) {
-        return None;
-    }
-    let procedure = || {
-        Some(
-            root.get_ref()
-                .get("procedure")?
-                .get_ref()
-                .as_str()?
-                .to_owned(),
-        )
-    };
-    if let Some(procedure) = procedure() {
-        return Some(format!(
+    let value = root.get_ref().get("procedure");
+    let procedure = value.and_then(|v| v.get_ref().as_str());
+    match procedure {
+        Some(other @ ("usbl" | "rail")) => {
+            let words = "for which there are demo, simulate, calibrate, check and budget";
+            Some(format!("a {other} file (procedure = \"{other}\"), {words}"))
+        }
+        _ if OF_SCENARIO.iter().any(has) => None,
+        Some(procedure) => Some(format!(
             "a survey file (procedure = \"{procedure}\", no [[pass]]): what was measured, for `boresight calibrate`"
-        ));
+        )),
+        None => has(&"kind").then(|| "a target file (kind, no [[pass]])".to_owned()),
     }
-    has(&"kind").then(|| "a target file (kind, no [[pass]])".to_owned())
 }
 
 fn line_of(text: &str, error: &toml::de::Error) -> usize {
@@ -353,9 +351,14 @@ mod tests {
             survey[0].starts_with("found a survey file (procedure = \"pool\""),
             "{survey:?}"
         );
-        assert!(survey[0].ends_with("expected a scenario"), "{survey:?}");
+        assert!(
+            survey[0].ends_with("expected a scenario of a pool survey"),
+            "{survey:?}"
+        );
         let target = faults_of("kind = \"pool-wall\"\n");
         assert!(target[0].starts_with("found a target file"), "{target:?}");
+        let usbl = faults_of(&format!("procedure = \"usbl\"\n{DEMO}"));
+        assert!(usbl[0].starts_with("found a usbl file"), "{}", usbl[0]);
         let text = format!("procedure = \"pool\"\n{DEMO}");
         assert!(from_text(Path::new("s.toml"), &text).is_ok());
     }

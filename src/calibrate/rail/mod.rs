@@ -5,7 +5,7 @@
 //! | [`config`] | the `[reference]` and `[joint]` sections |
 //! | [`scene`] | points and attitudes sorted by the table's positions |
 //! | [`icp`] | coarse fit of a profile to the standard profile |
-//! | [`reference`] | the patent's path (CN114162169A) |
+//! | [`reference`](mod@reference) | the patent's path (CN114162169A) |
 //! | [`model`] | the unknowns and the cut of a light plane through the extruded rail |
 //! | [`conditions`] | conditions with their derivatives |
 //! | [`joint`] | the adjustment in rounds of association |

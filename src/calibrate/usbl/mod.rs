@@ -4,11 +4,11 @@
 //! |---|---|
 //! | [`config`] | the sections of the survey file |
 //! | [`scene`] | a campaign with water and attitude ready |
-//! | [`reference`] | the patent's path |
+//! | [`reference`](mod@reference) | the patent's path |
 //! | [`conditions`] | the conditions of the joint path and their derivatives |
 //! | [`start`] | a start that gross errors do not move |
 //! | [`joint`] | the joint path |
-//! | [`verify`] | the patent's verification: predicted against surveyed beacons |
+//! | [`verify`](mod@verify) | the patent's verification: predicted against surveyed beacons |
 //! | [`verdict`] | what cannot be determined, in words |
 //! | [`summary`] | the outcome as `result.json` |
 
