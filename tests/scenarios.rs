@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use boresight::simulate::{Sources, simulate};
-use boresight::survey::{scenario, write_survey};
+use boresight::simulate::{self, Sources, simulate};
+use boresight::survey::{Procedure, procedure_of, rail, scenario, usbl, write_survey};
 use boresight::target::{Target, TargetModel};
 
 fn files(folder: &str) -> Vec<PathBuf> {
@@ -16,9 +16,16 @@ fn files(folder: &str) -> Vec<PathBuf> {
     files
 }
 
+/// Scenarios of one procedure.
+fn scenarios(procedure: Procedure) -> Vec<PathBuf> {
+    let mut files = files("scenarios");
+    files.retain(|path| procedure_of(path) == procedure);
+    files
+}
+
 #[test]
 fn every_scenario_has_observations_of_both_sensors() {
-    let files = files("scenarios");
+    let files = scenarios(Procedure::Pool);
     assert!(files.len() >= 10);
     for path in files {
         let file = scenario::read(&path).unwrap_or_else(|e| panic!("{e}"));
@@ -32,6 +39,35 @@ fn every_scenario_has_observations_of_both_sensors() {
         let survey = simulate(&thin, 1).expect("a survey");
         assert!(survey.campaign.soundings.len() > 1000, "{}", path.display());
         assert!(survey.campaign.laser.len() > 300, "{}", path.display());
+    }
+}
+
+#[test]
+fn every_usbl_scenario_has_fixes_of_every_beacon() {
+    let files = scenarios(Procedure::Usbl);
+    assert!(files.len() >= 2);
+    for path in files {
+        let file = usbl::scenario::read(&path).unwrap_or_else(|e| panic!("{e}"));
+        let survey = simulate::usbl::simulate(&file.scenario, 1).expect("a survey");
+        let campaign = &survey.campaign;
+        let expected = campaign.beacons.len() * file.scenario.fixes.per_beacon as usize;
+        assert_eq!(campaign.fixes.beacon.len(), expected, "{}", path.display());
+    }
+}
+
+#[test]
+fn every_rail_scenario_has_points_of_every_profiler() {
+    let files = scenarios(Procedure::Rail);
+    assert!(files.len() >= 2);
+    for path in files {
+        let file = rail::read_scenario(&path).unwrap_or_else(|e| panic!("{e}"));
+        let survey = simulate::rail::simulate(&file.scenario, &file.rail, 1).expect("a survey");
+        let campaign = &survey.campaign;
+        for profiler in 0..campaign.profilers.len() {
+            let mine = campaign.points.profiler.iter();
+            let count = mine.filter(|p| **p as usize == profiler).count();
+            assert!(count > 1000, "{}: {profiler}: {count}", path.display());
+        }
     }
 }
 
@@ -86,7 +122,7 @@ fn a_written_survey_reads_back() {
     assert_eq!(laser.len(), campaign.laser.len());
     assert!(off(&laser.x_m, &campaign.laser.x_m) < 1e-4);
     let text = std::fs::read_to_string(folder.path().join("truth.json")).expect("the truth");
-    let truth: boresight::simulate::Truth = serde_json::from_str(&text).expect("the truth");
+    let truth: simulate::Truth = serde_json::from_str(&text).expect("the truth");
     assert_eq!(truth, survey.truth);
     let survey_file =
         std::fs::read_to_string(folder.path().join("survey.toml")).expect("the survey file");
