@@ -47,19 +47,14 @@ struct Column {
 }
 
 fn column(trials: &[RailTrial], name: String, weights: &[(usize, f64)]) -> Column {
-    let error = |values: &[f64], t: &RailTrial| -> f64 {
-        weights
-            .iter()
-            .map(|(i, w)| w * (values[*i] - t.truth[*i]))
-            .sum()
-    };
+    let error = |errors: &[f64]| -> f64 { weights.iter().map(|(i, w)| w * errors[*i]).sum() };
     let joint = |t: &RailTrial| {
         let (values, c) = t.joint.as_ref()?;
         let pairs = weights
             .iter()
             .flat_map(|a| weights.iter().map(move |b| (a, b)));
         let variance: f64 = pairs.map(|(a, b)| a.1 * b.1 * c[(a.0, b.0)]).sum();
-        Some((error(values, t), variance.sqrt()))
+        Some((error(values), variance.sqrt()))
     };
     Column {
         name,
@@ -67,7 +62,7 @@ fn column(trials: &[RailTrial], name: String, weights: &[(usize, f64)]) -> Colum
         joint: trials.iter().filter_map(joint).collect(),
         reference: trials
             .iter()
-            .filter_map(|t| Some(error(t.reference.as_ref()?, t)))
+            .filter_map(|t| Some(error(t.reference.as_ref()?)))
             .collect(),
     }
 }

@@ -6,7 +6,7 @@ use boresight::calibrate::pool::Method;
 use boresight::calibrate::rail::conditions::{AttitudeConditions, PointConditions, Tie, recorded};
 use boresight::calibrate::rail::model::{Turned, chain, parameters};
 use boresight::calibrate::rail::reference::SweepStep;
-use boresight::calibrate::rail::trial::{RailTrial, corrections, trial};
+use boresight::calibrate::rail::trial::{RailTrial, corrections_from, trial};
 use boresight::calibrate::rail::{
     RailInput, RailJointConfig, RailOutcome, RailReferenceConfig, RailScene, calibrate,
 };
@@ -15,7 +15,7 @@ use boresight::simulate::rail::{
     DEMO, RailScenario, RailSource, RailSources, SimulatedRail, simulate,
 };
 use boresight::target::RailProfile;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 fn chn60() -> RailProfile {
@@ -148,15 +148,10 @@ fn without_noise_the_truth_is_found() {
         .expect("ran")
         .as_ref()
         .expect("solved");
-    let profilers = &survey.campaign.profilers;
-    let truth = corrections(survey.reality.mountings.iter(), profilers);
-    let found = corrections(joint.mountings.iter(), profilers);
-    for (k, (found, truth)) in found.iter().zip(&truth).enumerate() {
+    let errors = corrections_from(joint.mountings.iter(), survey.reality.mountings.iter());
+    for (k, error) in errors.iter().enumerate() {
         let sigma = joint.covariance[(k, k)].sqrt();
-        assert!(
-            (found - truth).abs() < REST_SIGMAS * sigma,
-            "{k}: {found} {truth} {sigma}"
-        );
+        assert!(error.abs() < REST_SIGMAS * sigma, "{k}: {error} {sigma}");
     }
     let reference = outcome
         .reference
@@ -182,15 +177,10 @@ fn the_rail_may_point_anywhere() {
     let outcome = calibrated(&survey.campaign, &rail, &configs);
     assert_eq!(outcome.refusal, None);
     let joint = outcome.joint.expect("ran").expect("solved");
-    let profilers = &survey.campaign.profilers;
-    let truth = corrections(survey.reality.mountings.iter(), profilers);
-    let found = corrections(joint.mountings.iter(), profilers);
-    for (k, (found, truth)) in found.iter().zip(&truth).enumerate() {
+    let errors = corrections_from(joint.mountings.iter(), survey.reality.mountings.iter());
+    for (k, error) in errors.iter().enumerate() {
         let sigma = joint.covariance[(k, k)].sqrt();
-        assert!(
-            (found - truth).abs() < REST_SIGMAS * sigma,
-            "{k}: {found} {truth} {sigma}"
-        );
+        assert!(error.abs() < REST_SIGMAS * sigma, "{k}: {error} {sigma}");
     }
     let reference = outcome.reference.expect("ran").expect("found");
     for (found, mounting) in reference.iter().zip(&survey.reality.mountings) {
@@ -237,6 +227,15 @@ fn trials(scenario: &RailScenario, count: u64) -> Vec<RailTrial> {
     (1..=count).map(one).collect()
 }
 
+/// Squared length of the joint path's error in the metric of its covariance: 12 on average.
+fn nees(trial: &RailTrial) -> f64 {
+    let (errors, covariance) = trial.joint.as_ref().expect("usable");
+    let e = DVector::from_column_slice(errors);
+    let scale = DMatrix::from_diagonal(&covariance.diagonal().map(|v| v.sqrt().recip()));
+    let (e, c) = (&scale * e, &scale * covariance * &scale);
+    e.dot(&c.cholesky().expect("regular").solve(&e))
+}
+
 /// Seeds 1 to 24, without selection: the normalised squared error of all twelve parameters together is chi-square, and the patent's path has the
 /// larger heading error.
 #[test]
@@ -245,24 +244,33 @@ fn errors_are_as_large_as_reported() {
     let (mut sum, mut count) = (0.0, 0);
     let (mut old, mut new) = (0.0, 0.0);
     for t in &trials {
-        let (found, covariance) = t.joint.as_ref().expect("usable");
-        let e =
-            nalgebra::DVector::from_iterator(12, found.iter().zip(&t.truth).map(|(f, t)| f - t));
-        let scale =
-            nalgebra::DMatrix::from_diagonal(&covariance.diagonal().map(|v| v.sqrt().recip()));
-        let (e, c) = (&scale * e, &scale * covariance * &scale);
-        sum += e.dot(&c.cholesky().expect("regular").solve(&e));
+        sum += nees(t);
         count += 12;
-        new += (found[2] - t.truth[2]).powi(2);
-        old += t
-            .reference
-            .as_ref()
-            .map_or(0.0, |r| (r[2] - t.truth[2]).powi(2));
+        let (errors, _) = t.joint.as_ref().expect("usable");
+        new += errors[2].powi(2);
+        old += t.reference.as_ref().map_or(0.0, |r| r[2].powi(2));
     }
     let chi = ChiSquared::new(f64::from(count)).expect("a distribution");
     let (low, high) = (chi.inverse_cdf(5e-4), chi.inverse_cdf(1.0 - 5e-4));
     assert!(low < sum && sum < high, "{low} < {sum} < {high}");
     assert!(old > 100.0 * new, "{old} {new}");
+}
+
+/// Errors and covariance speak of the same turn of the mounting: where both profilers are corrected by three degrees the same way, differences
+/// of corrections would mix 3 % of the seat's 0.1 deg into the other angles, which is many sigmas of the profilers' height difference.
+#[test]
+fn large_corrections_leave_the_uncertainty_true() {
+    let mut scenario = thin();
+    for profiler in &mut scenario.profiler {
+        let c = &mut profiler.correction_deg;
+        (c.pitch, c.roll, c.yaw) = (3.0, -2.0, 3.5);
+        (profiler.lateral_sigma_m, profiler.vertical_sigma_m) = (5e-6, 5e-6);
+    }
+    scenario.rail.profile_sigma_m = 0.0;
+    let sum: f64 = trials(&scenario, 12).iter().map(nees).sum();
+    let chi = ChiSquared::new(12.0 * 12.0).expect("a distribution");
+    let (low, high) = (chi.inverse_cdf(5e-4), chi.inverse_cdf(1.0 - 5e-4));
+    assert!(low < sum && sum < high, "{low} < {sum} < {high}");
 }
 
 /// A fifth of the rays in dust, while every third profile is partly hidden, move no parameter by one of its sigmas.

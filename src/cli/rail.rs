@@ -14,10 +14,12 @@ use super::named_budget;
 use super::talk::Talk;
 use crate::budget::named::rail::RailTrials;
 use crate::calibrate::choices::Method;
-use crate::calibrate::rail::{self, RailInput, RailScene, summary, trial, verdict};
+use crate::calibrate::rail::{self, RailInput, RailScene, summary, verdict};
+use crate::observe::Mounting;
 use crate::report;
 use crate::report::text::ruled_table;
 use crate::results::{RailResult, RailSamples};
+use crate::simulate::rail::truth::ProfilerTruth;
 use crate::simulate::rail::{DEMO, RailTruth, SimulatedRail, simulate as simulated};
 use crate::survey::rail::{LoadedRail, RailScenarioFile, load, read_scenario, write_rail};
 use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
@@ -86,15 +88,9 @@ fn calibrated(
         &input,
         provenance(&survey.file, &survey.inputs, method, seed)?,
     );
-    let truth = truth.map(|t| {
-        let all: Vec<_> = t
-            .profilers
-            .iter()
-            .map(crate::simulate::rail::truth::ProfilerTruth::mounting)
-            .collect();
-        trial::corrections(all.iter(), &survey.campaign.profilers)
-    });
-    let samples = summary::samples(&outcome, &survey.file.name, truth);
+    let truth: Option<Vec<Mounting>> =
+        truth.map(|t| t.profilers.iter().map(ProfilerTruth::mounting).collect());
+    let samples = summary::samples(&outcome, &survey.file.name, truth.as_deref());
     Ok((result, samples))
 }
 
@@ -193,17 +189,15 @@ fn against(result: &RailResult, samples: &RailSamples) -> String {
         "joint",
         "joint, in sigmas",
     ]);
-    let old = result.solutions.reference.as_ref();
-    for (k, (p, truth)) in joint.parameters.iter().zip(truth).enumerate() {
+    for (k, p) in joint.parameters.iter().enumerate() {
         let (scale, unit) = if p.unit == "m" {
             (1e3, "mm")
         } else {
             (1.0, p.unit.as_str())
         };
-        let error = |value: Option<f64>| value.map(|v| (v - truth) * scale);
+        let error = |errors: &[f64]| errors.get(k).map(|e| e * scale);
         let shown = |e: Option<f64>| e.map_or(String::new(), |e| format!("{e:+.4}"));
-        let before = error(old.and_then(|r| r.parameters.get(k)?.value));
-        let now = error(p.value);
+        let (before, now) = (error(&truth.reference_errors), error(&truth.joint_errors));
         let sigmas = now
             .zip(p.standard_deviation)
             .map(|(e, s)| format!("{:+.1}", e / (s * scale)));

@@ -43,9 +43,9 @@ pub use quality::{
     WeakDirection, WorstObservation,
 };
 pub use rail::{
-    HausdorffStep, Outline, ProfileSample, ProfilerCounts, RAIL_SCHEMA, RailJointSolution,
-    RailMounting, RailReferenceSolution, RailReferenceSteps, RailResult, RailSamples,
-    RailSolutions, ResidualSample,
+    HausdorffStep, Outline, ProfileSample, ProfilerCounts, RAIL_SCHEMA, RailAgainstTruth,
+    RailJointSolution, RailMounting, RailReferenceSolution, RailReferenceSteps, RailResult,
+    RailSamples, RailSolutions, ResidualSample,
 };
 pub use samples::{
     FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample, Truth,

@@ -164,8 +164,19 @@ pub struct RailSamples {
     pub profiles: Vec<ProfileSample>,
     /// Residuals of some of the points over all positions.
     pub residuals: Vec<ResidualSample>,
-    /// True corrections in the parameters' order and units, where the survey was simulated.
-    pub truth: Option<Vec<f64>>,
+    /// How far both paths are off the truth, where the survey was simulated.
+    pub truth: Option<RailAgainstTruth>,
+}
+
+/// True corrections and errors against them, in the parameters' order and units.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct RailAgainstTruth {
+    /// True corrections to the nominal mountings.
+    pub corrections: Vec<f64>,
+    /// Errors of the reference path, rotation as `log(R R_true^T)`; empty where it has no result.
+    pub reference_errors: Vec<f64>,
+    /// The same of the joint path.
+    pub joint_errors: Vec<f64>,
 }
 
 /// One element of the standard profile.

@@ -132,9 +132,8 @@ fn named(found: &RailTrial) -> NamedTrial {
         _ => 1.0,
     };
     let errors = |values: &Vec<f64>| {
-        let each = values.iter().zip(&found.truth).enumerate();
-        each.map(|(i, (v, t))| (v - t) * scale(i))
-            .collect::<Vec<f64>>()
+        let each = values.iter().enumerate();
+        each.map(|(i, v)| v * scale(i)).collect::<Vec<f64>>()
     };
     let reason = || {
         found

@@ -17,11 +17,9 @@ pub struct RailTrial {
     pub names: Vec<String>,
     /// Units, `rad` or `m`.
     pub units: Vec<&'static str>,
-    /// True correction of each, radians and metres.
-    pub truth: Vec<f64>,
-    /// The reference path's correction, where it has a result.
+    /// Errors of the reference path, radians and metres, where it has a result: rotation as `log(R R_true^T)`.
     pub reference: Option<Vec<f64>>,
-    /// The joint path's correction with its covariance, where it has a usable result.
+    /// Errors of the joint path with their covariance, where it has a usable result.
     pub joint: Option<(Vec<f64>, DMatrix<f64>)>,
     /// Variance factor of the joint path.
     pub variance_factor: Option<f64>,
@@ -31,24 +29,35 @@ pub struct RailTrial {
     pub reference_refusal: Option<String>,
 }
 
-/// Correction of a mounting: pitch, roll, yaw (radians), lx, lz (metres) against the nominal one.
+/// Correction of a mounting: pitch, roll, yaw (radians), lx, lz (metres) against another.
+///
+/// Covariances are those of a left perturbation of the mounting found. An error or a difference is therefore the correction against the
+/// truth or the other result, not the difference of two corrections against the nominal mounting: with corrections of one degree the
+/// latter mixes about 1 % of one angle into another, which is many sigmas in directions that are known best.
 #[must_use]
-pub fn correction(mounting: &Mounting, nominal: &Mounting) -> [f64; SOUGHT] {
-    let turn: Vector3<f64> = mounting.correction_from(nominal);
-    let arm = mounting.lever_arm_m - nominal.lever_arm_m;
+pub fn correction(mounting: &Mounting, from: &Mounting) -> [f64; SOUGHT] {
+    let turn: Vector3<f64> = mounting.correction_from(from);
+    let arm = mounting.lever_arm_m - from.lever_arm_m;
     [turn.x, turn.y, turn.z, arm.x, arm.z]
 }
 
-/// Corrections of all profilers in one list.
+/// Corrections of all mountings against others in one list.
+#[must_use]
+pub fn corrections_from<'m>(
+    mountings: impl Iterator<Item = &'m Mounting>,
+    from: impl Iterator<Item = &'m Mounting>,
+) -> Vec<f64> {
+    let pairs = mountings.zip(from);
+    pairs.flat_map(|(m, from)| correction(m, from)).collect()
+}
+
+/// Corrections of all profilers against their nominal mountings.
 #[must_use]
 pub fn corrections<'m>(
     mountings: impl Iterator<Item = &'m Mounting>,
-    profilers: &[Profiler],
+    profilers: &'m [Profiler],
 ) -> Vec<f64> {
-    mountings
-        .zip(profilers)
-        .flat_map(|(m, p)| correction(m, &p.nominal))
-        .collect()
+    corrections_from(mountings, profilers.iter().map(|p| &p.nominal))
 }
 
 /// Names of all parameters in the order of [`corrections`].
@@ -104,10 +113,11 @@ pub fn trial_with(
         .and_then(|j| j.as_ref().ok())
         .filter(|_| outcome.refusal.is_none());
     let by_reference = outcome.reference.as_ref().and_then(|r| r.as_ref().ok());
-    let all = |mountings: Vec<Mounting>| {
-        let mut values = corrections(mountings.iter(), profilers);
-        let along = mountings.iter().zip(profilers);
-        values.extend(along.map(|(m, p)| m.lever_arm_m.y - p.nominal.lever_arm_m.y));
+    let errors = |mountings: Vec<&Mounting>| {
+        let truth = &simulated.reality.mountings;
+        let mut values = corrections_from(mountings.iter().copied(), truth.iter());
+        let along = mountings.iter().zip(truth);
+        values.extend(along.map(|(m, t)| m.lever_arm_m.y - t.lever_arm_m.y));
         values
     };
     let count = (SOUGHT + 1) * profilers.len();
@@ -119,11 +129,13 @@ pub fn trial_with(
     Ok(RailTrial {
         names: named,
         units: angles.chain(profilers.iter().map(|_| "m")).collect(),
-        truth: all(simulated.reality.mountings.clone()),
-        reference: by_reference.map(|found| all(found.iter().map(|r| r.mounting).collect())),
+        reference: by_reference.map(|found| errors(found.iter().map(|r| &r.mounting).collect())),
         joint: usable.map(|j| {
             let covariance = j.solution.cofactor.view((0, 0), (count, count));
-            (all(j.mountings.clone()), covariance.into_owned())
+            (
+                errors(j.mountings.iter().collect()),
+                covariance.into_owned(),
+            )
         }),
         variance_factor: usable.map(|j| j.quality.global.variance_factor),
         refusal: outcome.refusal.as_ref().map(ToString::to_string),

@@ -117,7 +117,7 @@ function buildParameters() {
   const rows = first.map((p, k) => {
     const d = RESULT.comparison && RESULT.comparison.differences[k], f = fresh(k);
     const row = [`${p.name}, ${shownUnit(p)}`, cell(old(k)), cell(f), number(d ? digits(d.in_reference_sigmas, 1) : "-")];
-    return truth ? [...row, number(digits(scaled(truth[k], p), 4)), number(f && !missing(f.standard_deviation) ? digits((f.value - truth[k]) / f.standard_deviation, 1) : "-")] : row;
+    return truth ? [...row, number(digits(scaled(truth.corrections[k], p), 4)), number(f && !missing(f.standard_deviation) ? digits(truth.joint_errors[k] / f.standard_deviation, 1) : "-")] : row;
   });
   add("parameters", "Corrections to the nominal mountings", table(["correction", number("patent's path"), number("joint \u00b1 1 sigma"), number("difference, sigmas of joint"), ...(truth ? [number("truth"), number("joint's error, sigmas")] : [])], rows),
     RESULT.comparison ? note(`All differences together: chi-square ${short(RESULT.comparison.chi_square)} on ${RESULT.comparison.degrees_of_freedom} degrees of freedom, p ${probability(RESULT.comparison.p_value)}.`) : [],

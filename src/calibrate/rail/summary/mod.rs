@@ -14,7 +14,7 @@ use super::joint::RailJoint;
 use super::reference::RailReference;
 use super::run::{RailInput, RailOutcome};
 use super::scene::RailScene;
-use super::trial::{correction, names};
+use super::trial::{corrections_from, names};
 use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
 use crate::results::{
@@ -139,10 +139,8 @@ fn counts(outcome: &RailOutcome) -> Vec<ProfilerCounts> {
 /// The reference path minus the joint one.
 fn comparison(outcome: &RailOutcome) -> Option<ParameterComparison> {
     let (by_reference, by_joint) = (usable_reference(outcome)?, usable_joint(outcome)?);
-    let mut d = vec![];
-    for (from, to) in by_joint.mountings.iter().zip(by_reference) {
-        d.extend(correction(&to.mounting, from));
-    }
+    let found = by_reference.iter().map(|r| &r.mounting);
+    let d = corrections_from(found, by_joint.mountings.iter());
     let (chi_square, degrees, p_value) =
         metric::chi_square(&DVector::from_vec(d.clone()), &by_joint.covariance)?;
     let all = names(&outcome.scene.campaign.profilers)

@@ -7,12 +7,13 @@ use super::super::joint::RailJoint;
 use super::super::model::Turned;
 use super::super::run::RailOutcome;
 use super::super::scene::RailScene;
+use super::super::trial::{corrections, corrections_from};
 use super::solutions::unit;
 use super::{usable_joint, usable_reference};
 use crate::calibrate::quality::readable;
 use crate::geometry::rotation;
 use crate::observe::Mounting;
-use crate::results::{Outline, ProfileSample, RailSamples, ResidualSample};
+use crate::results::{Outline, ProfileSample, RailAgainstTruth, RailSamples, ResidualSample};
 
 /// Points of a profile shown per profiler and path.
 const SHOWN: usize = 1500;
@@ -125,22 +126,35 @@ pub(super) fn rms(outcome: &RailOutcome, path: &Path) -> f64 {
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// Samples for the pictures; `truth` are true corrections in the parameters' order, radians and metres.
+/// Samples for the pictures; `truth` are the true mountings, where they are known.
 #[must_use]
-pub fn samples(outcome: &RailOutcome, title: &str, truth: Option<Vec<f64>>) -> RailSamples {
-    let shown = |values: Vec<f64>| {
-        values
-            .iter()
-            .enumerate()
-            .map(|(k, v)| readable(*v, unit(k)).0)
-            .collect()
-    };
+pub fn samples(outcome: &RailOutcome, title: &str, truth: Option<&[Mounting]>) -> RailSamples {
     RailSamples {
         title: title.to_owned(),
         outline_mm: outline(&outcome.scene),
         profiles: profiles(outcome),
         residuals: residuals(outcome),
-        truth: truth.map(shown),
+        truth: truth.map(|truth| against(outcome, truth)),
+    }
+}
+
+fn against(outcome: &RailOutcome, truth: &[Mounting]) -> RailAgainstTruth {
+    let shown = |values: Vec<f64>| {
+        let each = values.iter().enumerate();
+        each.map(|(k, v)| readable(*v, unit(k)).0).collect()
+    };
+    let (reference, joint) = (usable_reference(outcome), usable_joint(outcome));
+    let errors = |found: Vec<&Mounting>| shown(corrections_from(found.into_iter(), truth.iter()));
+    let profilers = &outcome.scene.campaign.profilers;
+    RailAgainstTruth {
+        corrections: shown(corrections(truth.iter(), profilers)),
+        reference_errors: errors(
+            reference
+                .iter()
+                .flat_map(|r| r.iter().map(|r| &r.mounting))
+                .collect(),
+        ),
+        joint_errors: errors(joint.iter().flat_map(|j| &j.mountings).collect()),
     }
 }
 
