@@ -44,7 +44,7 @@ impl Default for QualityOptions {
 /// Test of the variance factor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GlobalTest {
-    /// Weighted sum of squares of conditions, priors and states.
+    /// Weighted sum of squares of conditions (divided by [`Kernel::kept_of_normal`](super::Kernel::kept_of_normal)), priors and states.
     pub omega: f64,
     /// Conditions and priors less all unknowns; states and their priors cancel.
     pub degrees_of_freedom: f64,
@@ -104,7 +104,7 @@ pub fn assess(
     let tests = problem.condition_count().max(1) as f64;
     let one_of_family = -((-options.family_alpha).ln_1p() / tests).exp_m1();
     Ok(Quality {
-        global: global_test(problem, solution, options)?,
+        global: global_test(problem, solution, &survey.groups, options)?,
         single: condition_test(options.condition_alpha, options.power)?,
         family: condition_test(one_of_family, options.power)?,
         groups: survey.groups,
@@ -142,10 +142,12 @@ fn within(what: &'static str, found: f64) -> Result<(), AdjustError> {
 fn global_test(
     problem: &Problem,
     solution: &Solution,
+    groups: &[GroupQuality],
     options: &QualityOptions,
 ) -> Result<GlobalTest, AdjustError> {
     within("global_alpha", options.global_alpha)?;
-    let omega = solution.omega;
+    let given_back = |group: &GroupQuality| (1.0 - group.kept(solution.kernel)) * group.omega;
+    let omega = solution.omega + groups.iter().map(given_back).sum::<f64>();
     let degrees_of_freedom = redundancy(problem, &solution.estimate);
     let variance_factor = if degrees_of_freedom > 0.0 {
         omega / degrees_of_freedom
@@ -279,6 +281,33 @@ mod tests {
             4.13 * effect.size,
             max_relative = 1e-6
         );
+    }
+
+    /// On normal residuals the variance factor is one under every kernel: seeds 1 to 40, four standard errors of `sqrt(2 / redundancy)`.
+    #[test]
+    fn the_variance_factor_is_one_under_every_kernel() {
+        for kernel in [
+            Kernel::LeastSquares,
+            Kernel::Huber { k: 1.345 },
+            Kernel::Tukey { k: 4.685 },
+        ] {
+            let options = Options {
+                kernel,
+                ..Options::default()
+            };
+            let (mut sum, mut redundancy) = (0.0, 0.0);
+            for seed in 1..=40 {
+                let toy = Toy::new(seed, 12, 150);
+                let solution =
+                    solve(&toy.problem(), Estimate::new(toy.parameters()), &options).unwrap();
+                let global = assess(&toy.problem(), &solution, &all(0)).unwrap().global;
+                sum += global.variance_factor / 40.0;
+                redundancy += global.degrees_of_freedom;
+            }
+            let sigma = (2.0 / redundancy).sqrt();
+            println!("{kernel:?}: {sum:.4}, sigma {sigma:.4}");
+            assert!((sum - 1.0).abs() < 4.0 * sigma, "{kernel:?}: {sum}");
+        }
     }
 
     /// A gross error is the worst condition, beyond the family-wise limit, and the survey is the same on one and two threads.

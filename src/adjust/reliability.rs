@@ -63,12 +63,21 @@ pub struct GroupQuality {
     pub conditions: usize,
     /// Sum of redundancy numbers.
     pub redundancy: f64,
-    /// Weighted sum of squares.
+    /// Weighted sum of squares, divided by what the kernel keeps of normal residuals: the redundancy on average if the stated noise is true.
     pub omega: f64,
     /// Largest normalised residual, without sign.
     pub largest_normalised: f64,
     /// Smallest redundancy number.
     pub smallest_redundancy: f64,
+}
+
+impl GroupQuality {
+    /// Part of its sum of squares that a kernel keeps if the stated noise is true: its residuals scatter by the root of the mean
+    /// redundancy number.
+    pub(super) fn kept(&self, kernel: Kernel) -> f64 {
+        let mean = self.redundancy / self.conditions.max(1) as f64;
+        kernel.kept_of_normal(mean.clamp(0.0, 1.0).sqrt())
+    }
 }
 
 /// Largest effect on a parameter of a bias that just escapes the test with non-centrality one.
@@ -210,6 +219,9 @@ pub(super) fn survey(
         }
     }
     sum.cut(keep);
+    for group in &mut sum.groups {
+        group.omega /= group.kept(solution.kernel);
+    }
     Ok(sum)
 }
 
