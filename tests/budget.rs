@@ -203,14 +203,21 @@ fn a_scenario_with_one_source_only() {
         let names: Vec<&str> = path.shares.iter().map(|s| s.source.as_str()).collect();
         assert_eq!(
             names,
-            ["nothing", "sound_speed", "remainder", "interaction"]
+            [
+                "nothing",
+                "sound_speed",
+                "association",
+                "remainder",
+                "interaction"
+            ]
         );
         let lx_m = |six: &Option<SixFigures>| six.expect("figures").lx_m;
-        let [own, of_source, rest, beyond] = [0, 1, 2, 3].map(|k| lx_m(&path.shares[k].bias));
+        let [own, of_source, ties, rest, beyond] =
+            [0, 1, 2, 3, 4].map(|k| lx_m(&path.shares[k].bias));
         assert!((lx_m(&together.bias) - own - of_source).abs() < 1e-12);
         assert!(
-            rest.abs() < 1e-12 && beyond.abs() < 1e-12,
-            "{rest} {beyond}"
+            rest.abs() < 1e-12 && beyond.abs() < 1e-12 && ties == 0.0,
+            "{rest} {beyond} {ties}"
         );
         // ranges are measured short by 1/1.002; off the wall all of them are between 5 and 8 m
         assert!((0.010..0.016).contains(&of_source), "{of_source}");

@@ -1,14 +1,16 @@
 //! The pool calibration in memory, on simulated surveys: honesty of the reported uncertainty, and what must be refused.
 
+use boresight::calibrate::pool::joint::JointOutcome;
 use boresight::calibrate::pool::sequential::SequentialError;
+use boresight::calibrate::pool::ties::TieSet;
 use boresight::calibrate::pool::verdict::Refusal;
 use boresight::calibrate::pool::{
-    JointConfig, Method, PoolInput, Scene, SequentialConfig, calibrate,
+    JointConfig, Method, PoolInput, Scene, SequentialConfig, calibrate, calibrate_with_true_ties,
 };
 use boresight::geometry::ellipsoid::TargetPose;
 use boresight::geometry::rotation;
 use boresight::observe::{Campaign, LaserScan};
-use boresight::simulate::{Scenario, Simulated, simulate};
+use boresight::simulate::{Scenario, Simulated, Sources, simulate};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -18,6 +20,56 @@ const THIN: &str = include_str!("../models/scenarios/disturbed-thin.toml");
 fn survey(seed: u64) -> Simulated {
     let scenario = Scenario::from_toml(THIN).expect("a scenario");
     simulate(&scenario, seed).expect("a survey")
+}
+
+/// With true ties no observation stands on a face that it did not strike, and nothing else is lost: of disturbed data, where the association
+/// errs, these are its ties without the wrong ones but for those that a slightly different estimate changes; of data without errors all
+/// ties are true already.
+#[test]
+fn true_ties_are_those_of_the_faces_struck() {
+    let of = |scenario: &Scenario| {
+        let survey = simulate(scenario, 4).expect("a survey");
+        let (sequential, joint) = (SequentialConfig::default(), JointConfig::default());
+        let input = PoolInput {
+            campaign: &survey.campaign,
+            target: &survey.target,
+            prior: &survey.prior,
+            method: Method::Joint,
+            sequential: &sequential,
+            joint: &joint,
+            seed: 1,
+        };
+        let found = calibrate(&input, &|_| {})
+            .expect("a run")
+            .joint
+            .expect("joint");
+        let truly = calibrate_with_true_ties(&input, &survey.struck, &[]).expect("a run");
+        let truly = truly.joint.expect("joint");
+        let wrong = |ties: &TieSet, struck: &[u16]| {
+            let off = ties
+                .ties
+                .iter()
+                .filter(|t| struck[t.row as usize] != t.face);
+            off.count()
+        };
+        let of = |j: &JointOutcome| {
+            let returns = wrong(&j.returns, &survey.struck.returns);
+            (wrong(&j.soundings, &survey.struck.soundings), returns)
+        };
+        let lost = found.soundings.ties.len() as f64 - truly.soundings.ties.len() as f64;
+        (of(&found), of(&truly), lost)
+    };
+    let disturbed = Scenario::from_toml(THIN).expect("a scenario");
+    let (found, truly, lost) = of(&disturbed);
+    println!("{found:?} {truly:?} {lost}");
+    assert!(found.0 > 0, "{found:?}");
+    assert_eq!(truly, (0, 0));
+    assert!((lost - found.0 as f64).abs() < 20.0, "{found:?} {lost}");
+    let clean = Scenario {
+        sources: Sources::none(),
+        ..disturbed
+    };
+    assert_eq!(of(&clean), ((0, 0), (0, 0), 0.0));
 }
 
 /// Runs the joint path and hands the outcome's errors and sigmas, or the refusal.

@@ -23,6 +23,8 @@ pub enum Role {
     Nothing,
     /// One source alone.
     Alone(Source),
+    /// All sources together, each observation tied to the face that it truly struck.
+    TrueTies,
     /// A point of a sweep.
     Sweep(Point),
 }
@@ -46,6 +48,7 @@ impl Cell {
             Role::Together => "together".to_owned(),
             Role::Nothing => "nothing".to_owned(),
             Role::Alone(source) => format!("only-{}", about(*source).name),
+            Role::TrueTies => "true-ties".to_owned(),
             Role::Sweep(point) => point.file_name(),
         }
     }
@@ -77,7 +80,8 @@ pub enum Ended {
 }
 
 impl Experiment {
-    /// `trials` of all sources together and, with `single` above 0, that many of each acting source alone and one of none.
+    /// `trials` of all sources together and, with `single` above 0, that many of each acting source alone, as many of all with true ties
+    /// (no more than `trials`, with which they are compared), and one of none.
     #[must_use]
     pub fn new(
         scenario: &Scenario,
@@ -96,6 +100,8 @@ impl Experiment {
             cells.push(cell(Role::Nothing, nothing(scenario), 1));
             let sources = acting(scenario).into_iter();
             cells.extend(sources.map(|s| cell(Role::Alone(s), alone(scenario, s), single)));
+            let pairs = single.min(trials);
+            cells.push(cell(Role::TrueTies, scenario.clone(), pairs));
         }
         Self {
             configuration,
@@ -125,7 +131,15 @@ impl Experiment {
     /// What a cell's ledger must say.
     #[must_use]
     pub fn header(&self, cell: &Cell) -> Header {
-        Header::new(&cell.scenario, &self.configuration, self.first_seed)
+        Header::new(&cell.scenario, &self.of(cell), self.first_seed)
+    }
+
+    /// How a cell's trials are calibrated.
+    fn of(&self, cell: &Cell) -> Configuration {
+        Configuration {
+            true_ties: cell.role == Role::TrueTies,
+            ..self.configuration.clone()
+        }
     }
 
     /// Checks and mends the ledgers in a folder, which is made when missing; says how many trials are done by cell, at most
@@ -170,13 +184,14 @@ impl Experiment {
         let before: u64 = done.iter().sum();
         let (next, finished) = (AtomicU64::new(0), AtomicU64::new(before));
         let sink = Mutex::new(Sink::new(self, folder, done));
+        let configurations: Vec<_> = self.cells.iter().map(|cell| self.of(cell)).collect();
         // one loop for each thread: a loop that could be stolen would hold up the trial whose thread stole it
         rayon::broadcast(|_| {
             while !stop.load(SeqCst) {
                 let Some((cell, seed)) = queue.get(next.fetch_add(1, SeqCst)) else {
                     break;
                 };
-                let trial = trial(&self.cells[cell].scenario, &self.configuration, seed);
+                let trial = trial(&self.cells[cell].scenario, &configurations[cell], seed);
                 let mut sink = sink.lock().unwrap_or_else(PoisonError::into_inner);
                 if !sink.put(cell, trial) {
                     break;
@@ -329,10 +344,10 @@ mod tests {
     fn every_acting_source_has_its_cell() {
         let scenario = Scenario::from_toml(DEMO).expect("the demo");
         let experiment = Experiment::new(&scenario, Configuration::default(), 1, 3, 2);
-        assert_eq!(experiment.cells.len(), 2 + acting(&scenario).len());
+        assert_eq!(experiment.cells.len(), 3 + acting(&scenario).len());
         assert_eq!(
             experiment.trials(),
-            3 + 1 + 2 * acting(&scenario).len() as u64
+            3 + 1 + 2 + 2 * acting(&scenario).len() as u64
         );
         let names: Vec<String> = experiment.cells.iter().map(Cell::name).collect();
         assert_eq!(names[..3], ["together", "nothing", "only-position_white"]);

@@ -1,6 +1,8 @@
-//! What the sources do to each other, seed by seed: `e_all - e_none - sum (e_source - e_none)` under common random numbers.
+//! What the sources do to each other, seed by seed under common random numbers: to the ties (association), `e_all - e_true`, with `e_true`
+//! the error of all sources together when nothing is tied to a face that it did not strike; and otherwise (interaction),
+//! `e_true - e_none - sum (e_source - e_none)`.
 //!
-//! In a linear problem without association and robust weights it is zero for every seed. Its scatter is therefore free of the noise
+//! In a linear problem without robust weights the interaction is zero for every seed. Its scatter is therefore free of the noise
 //! that the sources' own variances have from a finite number of trials, and shows the interaction even in a few of them.
 
 use std::path::Path;
@@ -21,6 +23,29 @@ pub fn error_of(trial: &Trial, path: BudgetPath) -> Option<Error6> {
     }
 }
 
+/// What wrong ties add to each path's error, over the seeds in which it is usable with them and without; streamed.
+///
+/// # Errors
+/// [`LedgerError`]: a ledger cannot be read.
+pub fn association(experiment: &Experiment, folder: &Path) -> Result<[Moments; 3], LedgerError> {
+    let mut all = [(); 3].map(|()| Moments::default());
+    let find = |role: Role| experiment.cells.iter().find(|cell| cell.role == role);
+    let (Some(together), Some(true_ties)) = (find(Role::Together), find(Role::TrueTies)) else {
+        return Ok(all);
+    };
+    let pairs = experiment.read(folder, together)?;
+    for (together, true_ties) in pairs.zip(experiment.read(folder, true_ties)?) {
+        let (together, true_ties) = (together?, true_ties?);
+        for path in BudgetPath::ALL {
+            let errors = error_of(&together, path).zip(error_of(&true_ties, path));
+            if let Some((found, truly)) = errors {
+                all[path as usize].add(&std::array::from_fn(|i| found[i] - truly[i]));
+            }
+        }
+    }
+    Ok(all)
+}
+
 /// The interaction of each path over the seeds that all cells have and in which that path is always usable; streamed.
 ///
 /// # Errors
@@ -29,7 +54,7 @@ pub fn interaction(experiment: &Experiment, folder: &Path) -> Result<[Moments; 3
     let mut all = [(); 3].map(|()| Moments::default());
     let cells = &experiment.cells;
     let find = |role: Role| cells.iter().find(|cell| cell.role == role);
-    let (Some(together), Some(nothing)) = (find(Role::Together), find(Role::Nothing)) else {
+    let (Some(together), Some(nothing)) = (find(Role::TrueTies), find(Role::Nothing)) else {
         return Ok(all);
     };
     let Some(none) = experiment.read(folder, nothing)?.next().transpose()? else {

@@ -294,8 +294,8 @@ fn of_surroundings(source: Source) -> About {
 
 /// The sources that act in a scenario: those with a size and a factor above 0, in the order of their streams.
 ///
-/// Association errors are no source of their own: they are what all sources together do to the ties, and show as the remainder
-/// between the sources' sum and all together.
+/// Association errors have no draw of their own: they are what all sources together do to the ties, and are found by trials in which
+/// every observation is tied to the face that it truly struck ([`association`](super::interaction::association)).
 #[must_use]
 pub fn acting(scenario: &Scenario) -> Vec<Source> {
     let acts = |s: &Source| scenario.sources.factor(*s) > 0.0 && has_size(scenario, *s);

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::experiment::{Cell, Experiment, Role};
-use super::interaction::interaction;
+use super::interaction::{association, interaction};
 use super::ledger::{Header, LedgerError};
 use super::sources::{about, acting, size};
 use super::statistics::{CONFIDENCE, Moments, Statistics, deviation_interval, six_values};
@@ -89,7 +89,10 @@ pub fn fill(
 ) -> Result<(), LedgerError> {
     let all = statistics(experiment, folder)?;
     let cells: Vec<(&Cell, &Statistics)> = experiment.cells.iter().zip(&all).collect();
-    let beyond = interaction(experiment, folder)?;
+    let apart = Apart {
+        association: association(experiment, folder)?,
+        interaction: interaction(experiment, folder)?,
+    };
     result.first_seed = experiment.first_seed;
     for (cell, statistics) in &cells {
         match cell.role {
@@ -98,17 +101,38 @@ pub fn fill(
                 result.refusals = statistics.refusals();
             }
             Role::Alone(_) => result.single_trials = cell.trials,
+            Role::TrueTies => result.sources.push(association_described()),
             Role::Nothing | Role::Sweep(_) => {}
         }
     }
     for path in &mut result.paths {
         let found = cells.iter().find(|(c, _)| c.role == Role::Together);
         path.together = found.map(|(_, statistics)| statistics.of(path.path));
-        path.shares
-            .extend(shares(path.path, &cells, &beyond[path.path as usize]));
+        path.shares.extend(shares(path.path, &cells, &apart));
     }
     result.sweep = sweep(&cells);
     Ok(())
+}
+
+/// What the sources do to each other, by path.
+struct Apart {
+    association: [Moments; 3],
+    interaction: [Moments; 3],
+}
+
+/// Name of the association errors among the sources.
+const ASSOCIATION: &str = "association";
+
+fn association_described() -> SourceDescription {
+    SourceDescription {
+        source: ASSOCIATION.to_owned(),
+        title: "association errors".to_owned(),
+        description: "points on a face that they did not strike: what the other sources together do to the ties"
+            .to_owned(),
+        size: [].into(),
+        default: [].into(),
+        reference: "the simulation, which knows what each point struck".to_owned(),
+    }
 }
 
 fn variant_name(config: &SequentialConfig) -> String {
@@ -137,8 +161,8 @@ fn described(scenario: &Scenario, source: Source) -> SourceDescription {
     }
 }
 
-/// The method's own error, each source alone, the remainder and the interaction.
-fn shares(path: BudgetPath, cells: &[(&Cell, &Statistics)], beyond: &Moments) -> Vec<SourceShare> {
+/// The method's own error, each source alone, the association, the remainder and the interaction.
+fn shares(path: BudgetPath, cells: &[(&Cell, &Statistics)], apart: &Apart) -> Vec<SourceShare> {
     let of = |role: &Role| cells.iter().find(|(c, _)| c.role == *role).map(|(_, s)| *s);
     let (Some(together), Some(nothing)) = (of(&Role::Together), of(&Role::Nothing)) else {
         return vec![];
@@ -151,8 +175,20 @@ fn shares(path: BudgetPath, cells: &[(&Cell, &Statistics)], beyond: &Moments) ->
             shares.push(alone(path, source, statistics, own, total));
         }
     }
-    shares.push(remainder(path, together, own, cells));
-    shares.push(interacting(beyond, total));
+    let of_ties = &apart.association[path as usize];
+    shares.push(differing(
+        ASSOCIATION,
+        of_ties,
+        total,
+        "error of all together minus the error with every point only on the face that it struck, seed by seed",
+    ));
+    shares.push(remainder(path, together, own, cells, of_ties));
+    shares.push(differing(
+        "interaction",
+        &apart.interaction[path as usize],
+        total,
+        "error of all together with true ties minus the sum of the sources' errors, seed by seed: robust weights, non-linearity",
+    ));
     shares
 }
 
@@ -198,31 +234,31 @@ fn alone(
     }
 }
 
-/// What remains of each seed's error when the sources' own are taken off.
-fn interacting(beyond: &Moments, total: Option<[f64; 6]>) -> SourceShare {
-    let (n, variance) = (beyond.count(), beyond.variance());
+/// A share that is a difference of errors, seed by seed.
+fn differing(name: &str, of: &Moments, total: Option<[f64; 6]>, note: &str) -> SourceShare {
+    let (n, variance) = (of.count(), of.variance());
     let si = |six: Option<[f64; 6]>| six.and_then(SixFigures::from_si);
     SourceShare {
-        source: "interaction".to_owned(),
+        source: name.to_owned(),
         origin: Origin::MonteCarlo,
         usable: n,
         trials: n,
-        bias: si(beyond.mean()),
+        bias: si(of.mean()),
         bias_standard_error: si(variance.map(|v| v.map(|v| (v / n as f64).sqrt()))),
         standard_deviation: si(variance.map(|v| v.map(f64::sqrt))),
         standard_deviation_interval: variance.and_then(|_| deviation_interval(n)),
         share: variance.zip(total).and_then(|(v, t)| ratio(v, t)),
-        note: "error of all together minus the sum of the sources' errors, seed by seed: association, robust weights, non-linearity"
-            .to_owned(),
+        note: note.to_owned(),
     }
 }
 
-/// All together minus the sum: what the sources do to each other (association, robust weights, non-linearity), and chance.
+/// All together minus the sum, association included in it: what the sources do to each other (robust weights, non-linearity), and chance.
 fn remainder(
     path: BudgetPath,
     together: &Statistics,
     own: Option<[f64; 6]>,
     cells: &[(&Cell, &Statistics)],
+    of_ties: &Moments,
 ) -> SourceShare {
     let errors = together.errors(path);
     let mut variance = errors.variance();
@@ -236,6 +272,11 @@ fn remainder(
         let beyond = single.mean().zip(own).map(|(m, own)| minus(m, own));
         bias = bias.zip(beyond).map(|(b, s)| minus(b, s));
     }
+    let ties = of_ties.variance().zip(of_ties.mean());
+    if let Some((wrong, shift)) = ties {
+        variance = variance.map(|v| minus(v, wrong));
+        bias = bias.map(|b| minus(b, shift));
+    }
     SourceShare {
         source: "remainder".to_owned(),
         origin: Origin::MonteCarlo,
@@ -248,8 +289,7 @@ fn remainder(
         share: variance
             .zip(errors.variance())
             .and_then(|(v, t)| ratio(v, t)),
-        note: "all together minus the sum: association, robust weights, non-linearity, and chance"
-            .to_owned(),
+        note: "all together minus the sum: robust weights, non-linearity, and chance".to_owned(),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::calibrate::pool::joint::JointOutcome;
 use crate::calibrate::pool::sequential::{Outcome, SequentialError};
 use crate::calibrate::pool::{
     JointConfig, Method, PoolInput, PoolOutcome, SequentialConfig, calibrate_with,
+    calibrate_with_true_ties,
 };
 use crate::geometry::rotation;
 use crate::observe::Mounting;
@@ -20,6 +21,8 @@ pub struct Configuration {
     pub sequential: SequentialConfig,
     /// The joint path.
     pub joint: JointConfig,
+    /// Whether observations are only tied to the face that they truly struck, as nobody could outside a simulation.
+    pub true_ties: bool,
 }
 
 impl Configuration {
@@ -94,7 +97,13 @@ pub fn trial(scenario: &Scenario, configuration: &Configuration, seed: u64) -> T
         joint: &configuration.joint,
         seed,
     };
-    match calibrate_with(&input, &[configuration.projected()], &|_| {}) {
+    let further = [configuration.projected()];
+    let outcome = if configuration.true_ties {
+        calibrate_with_true_ties(&input, &survey.struck, &further)
+    } else {
+        calibrate_with(&input, &further, &|_| {})
+    };
+    match outcome {
         Ok(outcome) => Trial::of(seed, &outcome, &survey.truth),
         Err(error) => Trial::without(seed, &Reason::new("not_run", &error)),
     }

@@ -39,6 +39,7 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     let configuration = Configuration {
         sequential: calibration.sequential,
         joint: calibration.joint,
+        ..Configuration::default()
     };
     let experiment = experiment(args, &file.scenario, &configuration)?;
     let folder = folder(args, &file.scenario.name);
@@ -84,6 +85,7 @@ fn of_survey(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     let configuration = Configuration {
         sequential: survey.file.sequential.clone(),
         joint: survey.file.joint.clone(),
+        ..Configuration::default()
     };
     let mut result = summary::frame(&claims, &configuration);
     result.notes = survey.notes.clone();

@@ -6,6 +6,7 @@ pub mod rail;
 pub mod rig;
 pub mod sound_speed;
 pub mod soundings;
+pub mod struck;
 pub mod trajectory;
 pub mod usbl;
 
@@ -17,6 +18,7 @@ pub use rail::{
 pub use rig::{Mounting, MountingSigma};
 pub use sound_speed::{SoundSpeed, SoundSpeedProfile};
 pub use soundings::{SonarNoise, SoundingRange, Soundings};
+pub use struck::{NO_FACE, Struck};
 pub use trajectory::{
     GeodeticTrajectory, Outside, PoseSample, PositionInterpolation, Trajectory, TrajectoryError,
     TrajectoryNoise,

@@ -181,8 +181,9 @@ pub enum Origin {
 /// What one source does to a path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SourceShare {
-    /// A source's name, `nothing` (the method's own error without any source), `remainder` (together's variance minus the sum of
-    /// the sources') or `interaction` (together's error minus the sum of the sources', seed by seed).
+    /// A source's name, `association` (together's error minus that with true ties, seed by seed), `nothing` (the method's own error without
+    /// any source), `remainder` (together's variance minus the sum of the sources') or `interaction` (the error with true ties minus the sum
+    /// of the sources', seed by seed).
     pub source: String,
     /// How it was found.
     pub origin: Origin,

@@ -4,23 +4,23 @@ use super::fan::{Candidate, Fan, SensorPose, Slack};
 use super::motion::{Leg, Motion};
 use super::reality::Reality;
 use super::scenario::Scenario;
-use super::scene::{Hit, Scene};
+use super::scene::{Hit, Scene, Surface};
 use super::sources::Source;
-use super::spoil::Spoiler;
+use super::spoil::{Spoiler, Taken};
 use super::switches::Draws;
-use crate::observe::{LaserCoordinates, LaserNoise, LaserScan};
+use crate::observe::{LaserCoordinates, LaserNoise, LaserScan, NO_FACE};
 
 /// Rows of the spoiling streams that belong to the scanner begin here; the multibeam's are below.
 const FIRST_ROW: u64 = 1 << 32;
 
-/// What the scanner records, in its own frame. `scene` must not hold the pool's floor: the light ends at the water.
+/// What the scanner records, in its own frame, and the face that each return struck. `scene` must not hold the pool's floor: the light ends at the water.
 pub(super) fn scan(
     scenario: &Scenario,
     reality: &Reality,
     motion: &Motion,
     scene: &Scene,
     seed: u64,
-) -> LaserScan {
+) -> (LaserScan, Vec<u16>) {
     let mut scanner = Scanner::new(scenario, reality, motion, scene, seed);
     let mut line = 0;
     for leg in motion.legs() {
@@ -33,7 +33,7 @@ pub(super) fn scan(
             line += 1;
         }
     }
-    scanner.out
+    (scanner.out, scanner.struck)
 }
 
 struct Scanner<'a> {
@@ -48,6 +48,7 @@ struct Scanner<'a> {
     angle: Draws,
     spoiler: Spoiler,
     out: LaserScan,
+    struck: Vec<u16>,
 }
 
 impl<'a> Scanner<'a> {
@@ -73,6 +74,7 @@ impl<'a> Scanner<'a> {
             angle: draws(Source::LaserAngle),
             spoiler: Spoiler::new(scenario, clutter, (0.0, 0.0), seed, FIRST_ROW),
             out: empty(scenario),
+            struck: vec![],
             scenario,
             reality,
             motion,
@@ -123,8 +125,9 @@ impl<'a> Scanner<'a> {
         );
         let echo = self.echo(leg, time_s, shot, candidates);
         // a shot into the open never returns: clutter only shows where something reflects
-        let spoilt = self.spoiler.spoil(echo, lidar.max_range_m);
-        let (Some(_), Some(range_m)) = (echo, spoilt) else {
+        let hit = echo.map(|(range_m, cosine, _)| (range_m, cosine));
+        let taken = self.spoiler.spoil(hit, lidar.max_range_m);
+        let (Some((.., surface)), Some(Taken { range_m, own })) = (echo, taken) else {
             return;
         };
         if range_m > lidar.max_range_m {
@@ -132,6 +135,7 @@ impl<'a> Scanner<'a> {
         }
         let (sin, cos) = (self.fan.angle_rad(shot) + angle_noise).sin_cos();
         let range_m = range_m + range_noise;
+        self.struck.push(if own { surface.face() } else { NO_FACE });
         self.out.time_s.push(time_s);
         self.out.x_m.push(range_m * cos);
         self.out.y_m.push(0.0);
@@ -144,7 +148,7 @@ impl<'a> Scanner<'a> {
         time_s: f64,
         shot: usize,
         candidates: &[Candidate],
-    ) -> Option<(f64, f64)> {
+    ) -> Option<(f64, f64, Surface)> {
         let mut among = candidates
             .iter()
             .filter(|c| c.first <= shot && shot <= c.last)
@@ -155,10 +159,12 @@ impl<'a> Scanner<'a> {
         }
         let ray = self.pose(leg, time_s).ray(self.fan.direction(shot));
         let Hit {
-            range_m, cosine, ..
+            range_m,
+            cosine,
+            surface,
         } = self.scene.nearest(&ray, time_s, among)?;
         let height_m = ray.origin_m.z + range_m * ray.direction.z;
-        (height_m > self.scenario.target.water_level_m).then_some((range_m, cosine))
+        (height_m > self.scenario.target.water_level_m).then_some((range_m, cosine, surface))
     }
 }
 

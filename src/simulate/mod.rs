@@ -38,7 +38,7 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::geometry::ellipsoid::TargetPose;
-use crate::observe::{Campaign, MountingSigma, SoundSpeed, SoundSpeedProfile};
+use crate::observe::{Campaign, MountingSigma, SoundSpeed, SoundSpeedProfile, Struck};
 use crate::target::{Target, TargetError};
 use motion::Motion;
 use scene::Scene;
@@ -62,6 +62,8 @@ pub struct Simulated {
     pub truth: Truth,
     /// Everything that was drawn once for this survey.
     pub reality: Reality,
+    /// The face that each observation struck.
+    pub struck: Struck,
 }
 
 /// Why a scenario cannot be simulated.
@@ -92,10 +94,12 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Result<Simulated, SimulateErr
     let motion = Motion::new(&scenario.motion, &scenario.pass, START_S);
     let below = Scene::new(scenario, &target, &reality.offsets_m, START_S);
     let above = below.without_floor();
+    let (laser, returns) = laser::scan(scenario, &reality, &motion, &above, seed);
+    let (soundings, struck) = sonar::sound(scenario, &reality, &motion, &below, seed);
     let campaign = Campaign {
         trajectory: ins::record(scenario, &reality, &motion, seed),
-        laser: laser::scan(scenario, &reality, &motion, &above, seed),
-        soundings: sonar::sound(scenario, &reality, &motion, &below, seed),
+        laser,
+        soundings,
         scanner: reality.nominal_scanner,
         scanner_sigma: scanner_sigma(scenario),
         sonar: reality.nominal_sonar,
@@ -108,6 +112,10 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Result<Simulated, SimulateErr
         prior: reality.prior,
         truth: Truth::of(&reality),
         reality,
+        struck: Struck {
+            returns,
+            soundings: struck,
+        },
     })
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::scene::{BLANKING_M, Hit, Ray};
+use super::scene::{BLANKING_M, Hit, Ray, Surface};
 use crate::observe::SoundSpeedProfile;
 
 /// Length of a step, metres; the midpoint rule's error is below a micrometre at 10 m for gradients of 1/s.
@@ -15,6 +15,8 @@ pub(super) struct Path {
     pub(super) time_s: f64,
     /// Cosine between ray and normal.
     pub(super) cosine: f64,
+    /// What was hit.
+    pub(super) surface: Surface,
 }
 
 /// Follows a ray until it hits something; `None` when it leaves the water or comes to `limit_m` first.
@@ -57,6 +59,7 @@ pub(super) fn trace(
             return Some(Path {
                 time_s: time_s + hit.range_m / speed,
                 cosine: hit.cosine,
+                surface: hit.surface,
             });
         }
         ray.origin_m += chord.direction * STEP_M;

@@ -4,6 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::scenario::{BodyModel, PlaneModel, Scenario};
 use super::sources::Source;
+use crate::observe::NO_FACE;
 use crate::target::{Outline, Target};
 
 /// A ray from a sensor: origin and unit direction in the target frame.
@@ -26,6 +27,16 @@ pub enum Surface {
     Plane(usize),
     /// A solid body.
     Body(usize),
+}
+
+impl Surface {
+    /// Index of the face, or [`NO_FACE`].
+    pub(super) fn face(self) -> u16 {
+        match self {
+            Self::Face(k) => u16::try_from(k).unwrap_or(NO_FACE),
+            _ => NO_FACE,
+        }
+    }
 }
 
 /// Where a ray ends.

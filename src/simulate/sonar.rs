@@ -5,23 +5,23 @@ use super::motion::Motion;
 use super::reality::Reality;
 use super::refraction::{self, Path};
 use super::scenario::{Disturbance, Recorded, Scenario};
-use super::scene::{Hit, Ray, Scene};
+use super::scene::{Hit, Ray, Scene, Surface};
 use super::sources::Source;
-use super::spoil::Spoiler;
+use super::spoil::{Spoiler, Taken};
 use super::switches::Draws;
-use crate::observe::{SonarNoise, SoundingRange, Soundings};
+use crate::observe::{NO_FACE, SonarNoise, SoundingRange, Soundings};
 
 /// Echoes nearer than this are not recorded, metres.
 pub(super) const BLANKING_M: f64 = 0.3;
 
-/// What the multibeam records.
+/// What the multibeam records, and the face that each sounding struck.
 pub(super) fn sound(
     scenario: &Scenario,
     reality: &Reality,
     motion: &Motion,
     scene: &Scene,
     seed: u64,
-) -> Soundings {
+) -> (Soundings, Vec<u16>) {
     let mut sonar = Sonar::new(scenario, reality, scene, seed);
     let mut ping = 0;
     for leg in motion.legs() {
@@ -53,6 +53,7 @@ struct Sonar<'a> {
     spoiler: Spoiler,
     out: Soundings,
     measured_m: Vec<f64>,
+    struck: Vec<u16>,
 }
 
 impl<'a> Sonar<'a> {
@@ -83,6 +84,7 @@ impl<'a> Sonar<'a> {
             spoiler: Spoiler::new(scenario, d.sonar_clutter_fraction, gross(d), seed, 0),
             out: empty(scenario),
             measured_m: vec![],
+            struck: vec![],
             scenario,
             reality,
             scene,
@@ -128,12 +130,15 @@ impl<'a> Sonar<'a> {
         let across_rad = self.fan.angle_rad(beam) + std::f64::consts::FRAC_PI_2;
         let ray = pose.ray(self.fan.direction(beam));
         let echo = self.echo(&ray, epoch_s, beam, candidates);
-        let Some(range_m) = self.spoiler.spoil(echo, m.max_range_m) else {
+        let hit = echo.map(|(range_m, cosine, _)| (range_m, cosine));
+        let Some(Taken { range_m, own }) = self.spoiler.spoil(hit, m.max_range_m) else {
             return;
         };
         if range_m < BLANKING_M || range_m > m.max_range_m {
             return;
         }
+        let surface = echo.filter(|_| own).map(|(.., surface)| surface);
+        self.struck.push(surface.map_or(NO_FACE, Surface::face));
         self.measured_m.push(range_m + noise_m);
         self.out.time_s.push(stamp_s);
         self.out.ping.push(ping);
@@ -144,14 +149,14 @@ impl<'a> Sonar<'a> {
         self.out.along_rad.push(along);
     }
 
-    /// Measured range (metres, before noise) of the echo of a beam and the cosine at which it struck.
+    /// Measured range (metres, before noise) of the echo of a beam, the cosine at which it struck, and what.
     fn echo(
         &self,
         ray: &Ray,
         epoch_s: f64,
         beam: usize,
         candidates: &[Candidate],
-    ) -> Option<(f64, f64)> {
+    ) -> Option<(f64, f64, Surface)> {
         let level_m = self.scenario.target.water_level_m;
         let among = candidates
             .iter()
@@ -160,14 +165,20 @@ impl<'a> Sonar<'a> {
         if let Some(water) = &self.reality.water {
             let limit_m = self.scenario.multibeam.max_range_m;
             let cast = |ray: &Ray| self.scene.nearest(ray, epoch_s, among.clone());
-            let Path { time_s, cosine } = refraction::trace(water, level_m, ray, limit_m, cast)?;
-            return Some((time_s * self.speed_m_s, cosine));
+            let Path {
+                time_s,
+                cosine,
+                surface,
+            } = refraction::trace(water, level_m, ray, limit_m, cast)?;
+            return Some((time_s * self.speed_m_s, cosine, surface));
         }
         let Hit {
-            range_m, cosine, ..
+            range_m,
+            cosine,
+            surface,
         } = self.scene.nearest(ray, epoch_s, among)?;
         let under_water = ray.origin_m.z + range_m * ray.direction.z < level_m;
-        under_water.then(|| (range_m / (1.0 + self.reality.range_scale), cosine))
+        under_water.then(|| (range_m / (1.0 + self.reality.range_scale), cosine, surface))
     }
 
     /// Factor of the angle noise at an across-track angle.
@@ -177,7 +188,7 @@ impl<'a> Sonar<'a> {
         1.0 + (m.outer_beam_factor - 1.0) * (across_rad / edge).powi(2)
     }
 
-    fn finish(mut self) -> Soundings {
+    fn finish(mut self) -> (Soundings, Vec<u16>) {
         let speed = self.speed_m_s;
         self.out.range = match self.scenario.multibeam.records {
             Recorded::Range => SoundingRange::Metres(self.measured_m),
@@ -185,7 +196,7 @@ impl<'a> Sonar<'a> {
                 self.measured_m.iter().map(|r| 2.0 * r / speed).collect(),
             ),
         };
-        self.out
+        (self.out, self.struck)
     }
 }
 

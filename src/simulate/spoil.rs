@@ -7,6 +7,15 @@ use super::switches::Draws;
 /// Clutter is not nearer to the sensor than this, metres.
 const NEAREST_M: f64 = 0.5;
 
+/// What a sensor takes for the echo of a shot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Taken {
+    /// Range, metres.
+    pub(super) range_m: f64,
+    /// Whether it is the echo of the surface that the shot hit, and no gross error, clutter or late reflection.
+    pub(super) own: bool,
+}
+
 /// Draws for every shot of one sensor, whether it hit or not, so that a shot's fate depends on nothing but its place.
 pub(super) struct Spoiler {
     gross: (f64, f64),
@@ -51,8 +60,8 @@ impl Spoiler {
         }
     }
 
-    /// The range (metres) that the sensor takes for the echo: of the surface it hit (range and cosine), or of something else.
-    pub(super) fn spoil(&mut self, echo: Option<(f64, f64)>, max_range_m: f64) -> Option<f64> {
+    /// What the sensor takes for the echo: of the surface it hit (range and cosine), or of something else.
+    pub(super) fn spoil(&mut self, echo: Option<(f64, f64)>, max_range_m: f64) -> Option<Taken> {
         let [gross, clutter, late, rough] = &mut self.draws;
         let error = chance(gross, self.gross.0).map(|u| (2.0 * u - 1.0) * self.gross.1);
         let before = chance(clutter, self.clutter);
@@ -65,9 +74,16 @@ impl Spoiler {
         let range_m = echo.map(|(range_m, cosine)| range_m + rough_m / cosine.max(0.05));
         if let Some(part) = before {
             let far_m = range_m.unwrap_or(max_range_m).max(NEAREST_M);
-            return Some(NEAREST_M + part * (far_m - NEAREST_M));
+            return Some(Taken {
+                range_m: NEAREST_M + part * (far_m - NEAREST_M),
+                own: false,
+            });
         }
-        range_m.map(|r| r + delay.or(error).unwrap_or(0.0))
+        let wrong = delay.or(error);
+        range_m.map(|r| Taken {
+            range_m: r + wrong.unwrap_or(0.0),
+            own: wrong.is_none(),
+        })
     }
 }
 

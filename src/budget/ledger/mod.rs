@@ -49,7 +49,11 @@ impl Header {
             seed: 0,
             ..scenario.clone()
         };
-        let paths = (&configuration.sequential, &configuration.joint);
+        let paths = (
+            &configuration.sequential,
+            &configuration.joint,
+            configuration.true_ties,
+        );
         Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),

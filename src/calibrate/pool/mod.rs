@@ -35,5 +35,7 @@ pub mod verdict;
 
 pub use config::{JointConfig, SequentialConfig};
 pub use designed::DesignedPass;
-pub use run::{Method, PoolError, PoolInput, PoolOutcome, calibrate, calibrate_with};
+pub use run::{
+    Method, PoolError, PoolInput, PoolOutcome, calibrate, calibrate_with, calibrate_with_true_ties,
+};
 pub use scene::Scene;

@@ -18,7 +18,7 @@ use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::{Plane, PlaneFit};
 use crate::georef::{RayError, georeference};
 use crate::matching::{Patches, Water};
-use crate::observe::{Campaign, Mounting, PoseSample};
+use crate::observe::{Campaign, Mounting, PoseSample, Struck};
 use crate::target::{Role, Target};
 
 /// Everything a pool calibration needs.
@@ -140,6 +140,30 @@ pub fn calibrate_with<'a>(
 ) -> Result<PoolOutcome<'a>, PoolError> {
     progress("refining the target's pose from the laser points");
     let scene = Scene::prepare(input.campaign, input.target, input.prior)?;
+    calibrate_scene(input, scene, further, progress)
+}
+
+/// As [`calibrate_with`], of a simulated survey of which is known what each observation struck: nothing is tied to another face. What a
+/// path's error changes by is what wrong ties cost.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_with_true_ties<'a>(
+    input: &PoolInput<'a>,
+    struck: &'a Struck,
+    further: &[SequentialConfig],
+) -> Result<PoolOutcome<'a>, PoolError> {
+    let mut scene = Scene::prepare(input.campaign, input.target, input.prior)?;
+    scene.struck = Some(struck);
+    calibrate_scene(input, scene, further, &|_| {})
+}
+
+fn calibrate_scene<'a>(
+    input: &PoolInput<'a>,
+    scene: Scene<'a>,
+    further: &[SequentialConfig],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<PoolOutcome<'a>, PoolError> {
     progress("extracting the scanner's planes");
     let Scanned {
         laser,

@@ -8,7 +8,9 @@ use crate::geometry::ellipsoid::TargetPose;
 use crate::georef::refraction::{Launch, Water as Refraction};
 use crate::georef::{Beam, RayError, georeference, local_trajectory};
 use crate::matching::{Movable, Patches, Registration, Sight, Water, register};
-use crate::observe::{Campaign, LaserCoordinates, Mounting, PoseSample, SoundingRange, Trajectory};
+use crate::observe::{
+    Campaign, LaserCoordinates, Mounting, PoseSample, SoundingRange, Struck, Trajectory,
+};
 use crate::target::Target;
 
 /// Points that the rough registrations use at the most.
@@ -47,6 +49,9 @@ pub struct Scene<'a> {
     pub laser_fit: f64,
     /// What the reader of a report should know about the preparation.
     pub notes: Vec<String>,
+    /// Where it is known (of a simulation, and only for an error budget): the face that each observation struck. Nothing is tied to
+    /// another face then.
+    pub struck: Option<&'a Struck>,
 }
 
 impl<'a> Scene<'a> {
@@ -75,6 +80,7 @@ impl<'a> Scene<'a> {
             laser_near: 0,
             laser_fit: 0.0,
             notes: local.note.into_iter().collect(),
+            struck: None,
         };
         scene.refine_pose();
         Ok(scene)

@@ -62,6 +62,15 @@ impl TieSet {
         }
     }
 
+    /// Leaves out ties to a face that the observation did not strike, where that is known.
+    fn keep_true(&mut self, struck: Option<&[u16]>) {
+        let Some(struck) = struck else { return };
+        let before = self.ties.len();
+        self.ties.retain(|t| struck[t.row as usize] == t.face);
+        let wrong = (before - self.ties.len()) as u64;
+        *self.rejected.entry("struck another surface").or_default() += wrong;
+    }
+
     /// Number of ties on faces that `keep`.
     #[must_use]
     pub fn count(&self, keep: impl Fn(usize) -> bool) -> usize {
@@ -310,6 +319,7 @@ pub fn tie_returns(
     if let Among::Tied(before) = among {
         set.reject_too(before);
     }
+    set.keep_true(scene.struck.map(|s| s.returns.as_slice()));
     set
 }
 
@@ -356,6 +366,7 @@ pub fn tie_soundings(
     });
     let far = campaign.soundings.len() - rows.len();
     *set.rejected.entry(NO_FACE).or_default() += far as u64;
+    set.keep_true(scene.struck.map(|s| s.soundings.as_slice()));
     set
 }
 
