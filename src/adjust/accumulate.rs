@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::chain::VISIBLE;
 use super::condition::{ChainRow, Row};
 use super::pass::Weighted;
@@ -79,6 +81,8 @@ pub(super) struct Run {
     border: [[[f64; WIDE]; VISIBLE]; 2],
     /// Pairs of visible quantities: first epoch, first with second, second.
     pairs: [[f64; PAIRS]; 3],
+    /// The widest instructions of this machine; they give the same bits as any others.
+    arch: Arch,
 }
 
 /// Runs a block of code with the constant `$q` of a number of vectors.
@@ -117,6 +121,21 @@ macro_rules! with_quads {
     };
 }
 
+/// A row to be added with the widest instructions.
+struct Addition<'a, 'r> {
+    run: &'a mut Run,
+    weighted: &'a Weighted<'r>,
+}
+
+impl WithSimd for Addition<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        with_quads!(self.run.quads, Q => self.run.add_quads::<Q>(self.weighted));
+    }
+}
+
 impl Run {
     pub(super) fn new() -> Self {
         Run {
@@ -128,6 +147,7 @@ impl Run {
             normal: [[0.0; WIDE]; WIDE],
             border: [[[0.0; WIDE]; VISIBLE]; 2],
             pairs: [[0.0; PAIRS]; 3],
+            arch: Arch::new(),
         }
     }
 
@@ -162,7 +182,11 @@ impl Run {
     /// Adds a row of this run.
     #[inline]
     pub(super) fn add(&mut self, weighted: &Weighted) {
-        with_quads!(self.quads, Q => self.add_quads::<Q>(weighted));
+        let arch = self.arch;
+        arch.dispatch(Addition {
+            run: self,
+            weighted,
+        });
     }
 
     #[inline(always)]
@@ -228,7 +252,7 @@ fn axpy(s: f64, x: &[f64; 4], y: &mut [f64; 4]) {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn upper_products(v: &[f64; VISIBLE]) -> [f64; PAIRS] {
     let mut products = [0.0; PAIRS];
     let mut k = 0;

@@ -9,6 +9,7 @@ use std::ops::Range;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::accumulate::{Window, pair};
 use super::chain::{ChainModel, ChainState};
@@ -39,6 +40,28 @@ pub(super) struct Elimination<'a> {
     loss: DMatrix<f64>,
     /// Cost of the states' priors.
     pub prior_cost: f64,
+    /// The widest instructions of this machine; they give the same bits as any others.
+    arch: Arch,
+}
+
+/// Elimination of an epoch with the widest instructions: `L^T`, or nothing where the block is not positive definite.
+struct Step<'a, const N: usize> {
+    own: Square<N>,
+    rows: &'a mut [Quad],
+    carry: &'a mut [Quad],
+    quads: usize,
+}
+
+impl<const N: usize> WithSimd for Step<'_, N> {
+    type Output = Option<Square<N>>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
+        let upper = cholesky(self.own)?;
+        forward(&upper, self.rows, self.quads);
+        carried::<N>(self.rows, self.quads, self.carry);
+        Some(upper)
+    }
 }
 
 impl<'a> Elimination<'a> {
@@ -67,6 +90,7 @@ impl<'a> Elimination<'a> {
             links: [first.clone(), first],
             loss: DMatrix::zeros(width, width),
             prior_cost: 0.0,
+            arch: Arch::new(),
         })
     }
 
@@ -97,11 +121,15 @@ impl<'a> Elimination<'a> {
         let own = self.own::<N>(local, window);
         self.fill::<N>(epoch, local, window);
         self.prior_gradient::<N>(epoch);
-        let upper = cholesky(own).ok_or(AdjustError::NotPositive { epoch })?;
         let quads = self.factor.quads;
-        let rows = self.factor.rows_mut(epoch);
-        forward(&upper, rows, quads);
-        carried::<N>(rows, quads, &mut self.carry);
+        let step = Step {
+            own,
+            rows: self.factor.rows_mut(epoch),
+            carry: &mut self.carry,
+            quads,
+        };
+        let upper = self.arch.dispatch(step);
+        let upper = upper.ok_or(AdjustError::NotPositive { epoch })?;
         self.factor.set_upper(epoch, &upper);
         Ok(())
     }

@@ -153,6 +153,7 @@ fn back_solve<const N: usize>(upper: &Square<N>, x: &mut [f64; N]) {
 }
 
 /// `L^T` of a symmetric matrix, diagonal inverted; `None` unless positive definite.
+#[inline(always)]
 pub(super) fn cholesky<const N: usize>(mut a: Square<N>) -> Option<Square<N>> {
     for k in 0..N {
         let (above, below) = a.split_at_mut(k + 1);
@@ -175,6 +176,7 @@ pub(super) fn cholesky<const N: usize>(mut a: Square<N>) -> Option<Square<N>> {
 }
 
 /// `X <- L^-1 X` for N rows of `quads` vectors.
+#[inline(always)]
 pub(super) fn forward<const N: usize>(upper: &Square<N>, x: &mut [Quad], quads: usize) {
     for i in 0..N {
         let (done, rest) = x.split_at_mut(i * quads);
@@ -189,6 +191,7 @@ pub(super) fn forward<const N: usize>(upper: &Square<N>, x: &mut [Quad], quads: 
 }
 
 /// `-U^T X`, `U` being the first N columns of `X`.
+#[inline(always)]
 pub(super) fn carried<const N: usize>(x: &[Quad], quads: usize, out: &mut [Quad]) {
     let mut next = [[0.0; N]; N];
     for (row, x) in next.iter_mut().zip(x.chunks_exact(quads)) {

@@ -429,11 +429,7 @@ impl ReturnConditions<'_> {
             return Some(());
         }
         let scan = &self.scene.campaign.laser;
-        let pose = self
-            .scene
-            .trajectory
-            .pose_at(scan.time_s[tie.row as usize])
-            .ok()?;
+        let pose = self.scene.return_pose(tie.row as usize)?;
         let interval = self.trajectory.interval(pose.record);
         let u = scan.point(tie.row as usize);
         let moment = self.trajectory.moment(&pose, interval, chain);

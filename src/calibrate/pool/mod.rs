@@ -5,6 +5,7 @@
 //! | [`run`] | the whole in memory: [`run::calibrate`] |
 //! | [`scene`] | trajectory, refined target pose, rough mounting |
 //! | [`frame`] | how the refined pose follows each laser point |
+//! | `poses` | poses at the observations, kept while they are few |
 //! | [`ties`], [`planes`] | which point lies on which face; the scanner's planes |
 //! | [`sequential`] | the reference path |
 //! | [`joint`], [`conditions`] | the joint path |
@@ -25,6 +26,7 @@ pub mod frame;
 pub mod influence;
 pub mod joint;
 pub mod planes;
+mod poses;
 pub mod preview;
 pub mod run;
 pub mod scene;

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
 
 use super::frame::{self, LaserSample, turned};
+use super::poses::Poses;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::georef::refraction::{Launch, Water as Refraction};
 use crate::georef::{Beam, RayError, georeference, local_trajectory};
@@ -52,6 +53,8 @@ pub struct Scene<'a> {
     /// Where it is known (of a simulation, and only for an error budget): the face that each observation struck. Nothing is tied to
     /// another face then.
     pub struck: Option<&'a Struck>,
+    /// Poses of the observations in the refined frame.
+    poses: Poses,
 }
 
 impl<'a> Scene<'a> {
@@ -81,8 +84,10 @@ impl<'a> Scene<'a> {
             laser_fit: 0.0,
             notes: local.note.into_iter().collect(),
             struck: None,
+            poses: Poses::default(),
         };
         scene.refine_pose();
+        scene.poses = Poses::kept(campaign, &scene.trajectory, scene.laser_uses_trajectory());
         Ok(scene)
     }
 
@@ -143,10 +148,7 @@ impl<'a> Scene<'a> {
             let origin = self.trajectory.positions_m().first()?;
             return Some((point, point - origin));
         }
-        let pose = self
-            .trajectory
-            .pose_at(self.campaign.laser.time_s[j])
-            .ok()?;
+        let pose = self.return_pose(j)?;
         let point = georeference(&pose, &self.campaign.scanner, &raw);
         Some((
             point,
@@ -192,9 +194,17 @@ impl<'a> Scene<'a> {
     /// Pose of the body at the time of sounding `k`, less the latency; `None` outside the trajectory.
     #[must_use]
     pub fn sounding_pose(&self, k: usize, latency_s: f64) -> Option<PoseSample> {
-        self.trajectory
-            .pose_at(self.campaign.soundings.time_s[k] - latency_s)
-            .ok()
+        let kept = self.poses.of_sounding(k).filter(|_| latency_s == 0.0);
+        let moment = || self.campaign.soundings.time_s[k] - latency_s;
+        kept.unwrap_or_else(|| self.trajectory.pose_at(moment()).ok())
+    }
+
+    /// Pose of the body at the time of return `j`; `None` outside the trajectory.
+    #[must_use]
+    pub fn return_pose(&self, j: usize) -> Option<PoseSample> {
+        let moment = || self.campaign.laser.time_s[j];
+        let kept = self.poses.of_return(j);
+        kept.unwrap_or_else(|| self.trajectory.pose_at(moment()).ok())
     }
 
     /// Positions of a sensor along the trajectory, a few hundred at the most.

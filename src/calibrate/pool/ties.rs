@@ -296,7 +296,7 @@ pub fn tie_returns(
                     Some(patches.assign(&point, &ray, &gate, hint, |_| noise.point_m)),
                 );
             }
-            let Ok(pose) = scene.trajectory.pose_at(campaign.laser.time_s[j]) else {
+            let Some(pose) = scene.return_pose(j) else {
                 return (j as u32, None);
             };
             let pose = association.pose(pose);

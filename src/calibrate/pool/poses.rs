@@ -1,0 +1,87 @@
+//! Poses of the body at the moments of the observations, kept while there are few: every pass over the data asks for them again.
+
+use rayon::prelude::*;
+
+use crate::observe::{Campaign, PoseSample, Trajectory};
+
+/// Up to so many returns and so many soundings their poses are kept (some 120 bytes for a return); of more each is interpolated anew, since
+/// memory must not grow with what can be computed.
+const KEPT: usize = 300_000;
+/// Rows per parallel task.
+const CHUNK: usize = 16_384;
+
+/// Poses by row.
+#[derive(Debug, Default)]
+pub(super) struct Poses {
+    /// Of the laser returns; empty where they are not kept.
+    returns: Vec<Option<PoseSample>>,
+    /// At the distinct moments of the soundings.
+    moments: Vec<Option<PoseSample>>,
+    /// Moment of each sounding; empty where they are not kept.
+    moment_of: Vec<u32>,
+}
+
+impl Poses {
+    /// Interpolates what is to be kept. Returns that came already georeferenced need none.
+    pub(super) fn kept(
+        campaign: &Campaign,
+        trajectory: &Trajectory,
+        laser_uses_trajectory: bool,
+    ) -> Self {
+        let mut kept = Self::default();
+        let times_s = &campaign.laser.time_s;
+        if laser_uses_trajectory && times_s.len() <= KEPT {
+            kept.returns = interpolated(trajectory, times_s);
+        }
+        if campaign.soundings.len() <= KEPT {
+            let (distinct_s, moment_of) = distinct(&campaign.soundings.time_s);
+            kept.moments = interpolated(trajectory, &distinct_s);
+            kept.moment_of = moment_of;
+        }
+        kept
+    }
+
+    /// Of return `j`; the outer `None` where it is not kept, the inner one outside the trajectory.
+    #[inline]
+    pub(super) fn of_return(&self, j: usize) -> Option<Option<PoseSample>> {
+        self.returns.get(j).copied()
+    }
+
+    /// Of sounding `k`; as [`Self::of_return`].
+    #[inline]
+    pub(super) fn of_sounding(&self, k: usize) -> Option<Option<PoseSample>> {
+        let moment = *self.moment_of.get(k)?;
+        self.moments.get(moment as usize).copied()
+    }
+}
+
+fn interpolated(trajectory: &Trajectory, times_s: &[f64]) -> Vec<Option<PoseSample>> {
+    let of = |time_s: &f64| trajectory.pose_at(*time_s).ok();
+    times_s.par_iter().with_min_len(CHUNK).map(of).collect()
+}
+
+/// Runs of equal times, and the run of each.
+fn distinct(times_s: &[f64]) -> (Vec<f64>, Vec<u32>) {
+    let mut runs: Vec<f64> = vec![];
+    let of = times_s
+        .iter()
+        .map(|time_s| {
+            if runs.last() != Some(time_s) {
+                runs.push(*time_s);
+            }
+            runs.len() as u32 - 1
+        })
+        .collect();
+    (runs, of)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn soundings_of_one_moment_share_a_pose() {
+        let (runs, of) = distinct(&[1.0, 1.0, 2.0, 1.0]);
+        assert_eq!((runs, of), (vec![1.0, 2.0, 1.0], vec![0, 0, 1, 2]));
+    }
+}
