@@ -26,6 +26,20 @@ pub enum Place {
         /// Offset of its first byte.
         byte: u64,
     },
+    /// A row of a table without lines, counted from 1, and the column's name.
+    Row {
+        /// Row, counted from 1 through the whole file.
+        row: u64,
+        /// Name of the column.
+        column: String,
+    },
+    /// A part of a column that is stored together, counted from 1.
+    Group {
+        /// Row group, counted from 1.
+        group: usize,
+        /// Name of the column.
+        column: String,
+    },
     /// A record of a compressed file, counted from 0.
     Point(u64),
     /// An offset in bytes.
@@ -39,6 +53,8 @@ impl fmt::Display for Place {
             Self::Header => write!(f, "header"),
             Self::Line { line, column } if column.is_empty() => write!(f, "line {line}"),
             Self::Line { line, column } => write!(f, "line {line}, column {column}"),
+            Self::Row { row, column } => write!(f, "row {row}, column {column}"),
+            Self::Group { group, column } => write!(f, "row group {group}, column {column}"),
             Self::Record { record, byte } => write!(f, "record {record} (byte {byte})"),
             Self::Point(point) => write!(f, "point {point}"),
             Self::Byte(byte) => write!(f, "byte {byte}"),
@@ -168,12 +184,17 @@ pub fn open(path: &Path) -> Result<(std::fs::File, u64), FormatError> {
 /// A piece of a file fit for a message: printable, at most 40 characters, in quotes.
 #[must_use]
 pub fn quoted(bytes: &[u8]) -> String {
+    quoted_up_to(40, bytes)
+}
+
+/// As [`quoted`], of so many characters.
+pub(super) fn quoted_up_to(most: usize, bytes: &[u8]) -> String {
     let text: String = String::from_utf8_lossy(bytes)
         .chars()
-        .take(41)
+        .take(most + 1)
         .map(|c| if c.is_control() { '?' } else { c })
         .collect();
-    match text.char_indices().nth(40) {
+    match text.char_indices().nth(most) {
         Some((cut, _)) => format!("\"{}...\"", &text[..cut]),
         None => format!("\"{text}\""),
     }

@@ -9,6 +9,7 @@
 //! | soundings CSV | [`soundings_csv`] | yes | yes |
 //! | sound-speed profile CSV | [`sound_speed_csv`] | yes | yes |
 //! | rail profiles, attitude, table CSV | [`rail_csv`] | yes | yes |
+//! | rail profiles Parquet | `rail_parquet` (cargo feature `parquet`) | yes | no |
 //! | attitude CSV | [`attitude_csv`] | yes | yes |
 //! | acoustic fixes CSV | [`usbl_fixes_csv`] | yes | yes |
 //! | control points CSV | [`usbl_control_csv`] | yes | yes |
@@ -18,12 +19,17 @@
 //! Readers stream: besides the columns they keep a buffer of about a megabyte.
 
 pub mod attitude_csv;
+#[cfg(feature = "parquet")]
+pub mod columns;
 pub mod digest;
 pub mod error;
 pub mod las;
 pub mod laser_csv;
 pub mod rail_csv;
+#[cfg(feature = "parquet")]
+pub mod rail_parquet;
 pub mod records;
+pub mod rows;
 pub mod sbet;
 pub mod sound_speed_csv;
 pub mod soundings_csv;
@@ -37,6 +43,8 @@ pub use error::{FaultKind, FormatError, Place};
 pub use records::{LaserRecords, SoundingRecords, TrajectoryRecords};
 
 use std::path::Path;
+
+use crate::observe::ProfilePoints;
 
 /// The extension in lower case, empty if there is none.
 fn extension(path: &Path) -> String {
@@ -81,4 +89,29 @@ pub fn read_soundings(path: &Path) -> Result<SoundingRecords, FormatError> {
             ".csv (Kongsberg .all and .kmall, XTF and Parquet are not built yet)",
         )),
     }
+}
+
+/// Reads the profiles of a rail survey of so many profilers: from Parquet if the file's name ends in `.parquet`, else from CSV.
+///
+/// # Errors
+/// [`FormatError`] for everything the readers refuse, and for a `.parquet` without the cargo feature of that name.
+pub fn read_rail_profiles(path: &Path, profilers: usize) -> Result<ProfilePoints, FormatError> {
+    match extension(path).as_str() {
+        "parquet" => rail_profiles_parquet(path, profilers),
+        _ => rail_csv::read_profiles(path, profilers),
+    }
+}
+
+#[cfg(feature = "parquet")]
+use rail_parquet::read_profiles as rail_profiles_parquet;
+
+#[cfg(not(feature = "parquet"))]
+fn rail_profiles_parquet(path: &Path, _: usize) -> Result<ProfilePoints, FormatError> {
+    Err(FormatError::new(
+        FaultKind::UnknownFormat,
+        path,
+        Place::File,
+        "a Parquet file, which this program was built without",
+        "CSV, or a program built with it (cargo install --path . --features parquet)",
+    ))
 }

@@ -1,12 +1,13 @@
 //! The three tables of a rail calibration: profiles `time_s,profiler,y_m,z_m` (profilers counted from 1), attitude
 //! `time_s,roll_deg,pitch_deg,heading_deg`, table positions `from_s,to_s,heading_deg,pitch_deg`.
 //!
-//! Parquet is not read: it would bring a large dependency for files that are small.
+//! Profiles come as Parquet too, see [`super::read_rail_profiles`]; both are checked by the same lines.
 
 use std::io::{Read, Write};
 use std::path::Path;
 
 use super::error::{FaultKind, FormatError, open};
+use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
 use crate::observe::{AttitudeRecord, ProfilePoints, TableRecord};
@@ -14,7 +15,7 @@ use crate::units::{degrees, radians};
 
 // LAYOUT
 
-const PROFILES: [&str; 4] = ["time_s", "profiler", "y_m", "z_m"];
+pub(super) const PROFILES: [&str; 4] = ["time_s", "profiler", "y_m", "z_m"];
 const ATTITUDE: [&str; 4] = ["time_s", "roll_deg", "pitch_deg", "heading_deg"];
 const TABLE: [&str; 4] = ["from_s", "to_s", "heading_deg", "pitch_deg"];
 
@@ -56,7 +57,14 @@ pub fn read_profiles_from(
     size: u64,
     profilers: usize,
 ) -> Result<ProfilePoints, FormatError> {
-    let mut table = Table::open(file, source, size, &PROFILES, &[])?;
+    profiles(Table::open(file, source, size, &PROFILES, &[])?, profilers)
+}
+
+/// Checks and takes every row of a table with the columns [`PROFILES`].
+pub(super) fn profiles(
+    mut table: impl Rows,
+    profilers: usize,
+) -> Result<ProfilePoints, FormatError> {
     let mut points = ProfilePoints::default();
     while table.next_row()? {
         let time_s = table.number(0, &Limits::FINITE)?;

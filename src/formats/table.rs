@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::error::{FaultKind, FormatError, Place, quoted};
+use super::rows::Rows;
 
 /// What a column may hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -224,22 +225,33 @@ impl<R: Read> Table<R> {
         time_s: f64,
         strict: bool,
     ) -> Result<(), FormatError> {
-        match before {
-            Some(t) if time_s < t || (strict && time_s == t) => {
-                let found = if time_s == t {
-                    format!("{time_s} a second time")
-                } else {
-                    format!("{time_s} after {t}")
-                };
-                let expected = if strict {
-                    "strictly ascending times"
-                } else {
-                    "ascending times"
-                };
-                Err(self.fault(FaultKind::Order, column, found, expected))
-            }
-            _ => Ok(()),
-        }
+        Rows::check_order(self, column, before, time_s, strict)
+    }
+}
+
+impl<R: Read> Rows for Table<R> {
+    fn next_row(&mut self) -> Result<bool, FormatError> {
+        Self::next_row(self)
+    }
+
+    fn number(&self, column: usize, limits: &Limits) -> Result<f64, FormatError> {
+        Self::number(self, column, limits)
+    }
+
+    fn count(&self, column: usize) -> Result<u32, FormatError> {
+        Self::count(self, column)
+    }
+
+    fn fault(&self, kind: FaultKind, column: usize, found: String, expected: &str) -> FormatError {
+        Self::fault(self, kind, column, found, expected)
+    }
+
+    fn bad_value(&self, column: usize, expected: &str) -> FormatError {
+        Self::bad_value(self, column, expected)
+    }
+
+    fn no_rows(&self) -> FormatError {
+        Self::no_rows(self)
     }
 }
 
@@ -280,20 +292,10 @@ fn missing_column(file: &Path, header: &ByteRecord, names: &[&str]) -> FormatErr
         .iter()
         .map(|f| quoted(f.trim_ascii()).trim_matches('"').to_owned())
         .collect();
-    let similar = |a: &String| {
-        names
-            .iter()
-            .map(|n| strsim::jaro_winkler(n, a))
-            .fold(0.0, f64::max)
-    };
-    let nearest = columns
-        .iter()
-        .filter(|c| similar(c) > 0.75)
-        .max_by(|a, b| similar(a).total_cmp(&similar(b)));
     let mut found = quoted(columns.join(",").as_bytes());
     if header.iter().all(|f| parse(f).is_some()) {
         found.push_str(" (numbers instead of column names)");
-    } else if let Some(nearest) = nearest {
+    } else if let Some(nearest) = nearest(&columns, names) {
         found.push_str(&format!(" (nearest column: {nearest})"));
     } else if columns.len() == 1 && (columns[0].contains(';') || columns[0].contains('?')) {
         found.push_str(" (no comma between columns)");
@@ -309,6 +311,18 @@ fn missing_column(file: &Path, header: &ByteRecord, names: &[&str]) -> FormatErr
         found,
         format!("a column {wanted}"),
     )
+}
+
+/// The column whose name is most like one of these, if any is.
+pub(super) fn nearest<'c>(columns: &'c [String], names: &[&str]) -> Option<&'c String> {
+    let similar = |column: &String| {
+        let each = names.iter().map(|name| strsim::jaro_winkler(name, column));
+        each.fold(0.0, f64::max)
+    };
+    columns
+        .iter()
+        .filter(|c| similar(c) > 0.75)
+        .max_by(|a, b| similar(a).total_cmp(&similar(b)))
 }
 
 fn translate(file: &Path, error: &csv::Error, row: &ByteRecord) -> FormatError {

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::file::RailSurveyFile;
 use super::keys;
 use crate::formats::digest::sha256;
-use crate::formats::rail_csv;
+use crate::formats::{rail_csv, read_rail_profiles};
 use crate::observe::RailCampaign;
 use crate::results::InputFile;
 use crate::survey::document::Document;
@@ -47,7 +47,7 @@ pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
         &mut problems,
         read_text(&model).and_then(|text| parse_model(&model, &text)),
     );
-    let points = rail_csv::read_profiles(&profiles, file.profiler.len());
+    let points = read_rail_profiles(&profiles, file.profiler.len());
     let points = keep(&mut problems, points.map_err(SurveyError::from));
     let record = keep(
         &mut problems,

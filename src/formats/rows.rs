@@ -1,0 +1,63 @@
+//! A table of numbers read row by row, whatever the file's format, so that a reader checks its rows in one place.
+
+use super::error::{FaultKind, FormatError};
+use super::table::Limits;
+
+/// A table being read row by row; columns are counted in the order in which the reader named them.
+pub trait Rows {
+    /// Goes to the next row; `false` at the end.
+    ///
+    /// # Errors
+    /// [`FormatError`] when reading fails or the row is damaged.
+    fn next_row(&mut self) -> Result<bool, FormatError>;
+
+    /// The number in a column of this row.
+    ///
+    /// # Errors
+    /// [`FormatError`] when it is not a number or outside the limits.
+    fn number(&self, column: usize, limits: &Limits) -> Result<f64, FormatError>;
+
+    /// The whole number in a column of this row.
+    ///
+    /// # Errors
+    /// [`FormatError`] when it is none or does not fit 32 bits.
+    fn count(&self, column: usize) -> Result<u32, FormatError>;
+
+    /// A fault in a column of this row.
+    fn fault(&self, kind: FaultKind, column: usize, found: String, expected: &str) -> FormatError;
+
+    /// The error that this row's value in a column is not what was expected.
+    fn bad_value(&self, column: usize, expected: &str) -> FormatError;
+
+    /// The error that the table holds no row.
+    fn no_rows(&self) -> FormatError;
+
+    /// Checks that a time follows the one before: strictly, or not descending.
+    ///
+    /// # Errors
+    /// [`FormatError`] of kind `Order`.
+    fn check_order(
+        &self,
+        column: usize,
+        before: Option<f64>,
+        time_s: f64,
+        strict: bool,
+    ) -> Result<(), FormatError> {
+        match before {
+            Some(t) if time_s < t || (strict && time_s == t) => {
+                let found = if time_s == t {
+                    format!("{time_s} a second time")
+                } else {
+                    format!("{time_s} after {t}")
+                };
+                let expected = if strict {
+                    "strictly ascending times"
+                } else {
+                    "ascending times"
+                };
+                Err(self.fault(FaultKind::Order, column, found, expected))
+            }
+            _ => Ok(()),
+        }
+    }
+}
