@@ -5,12 +5,17 @@ use std::process::Output;
 use std::sync::atomic::AtomicBool;
 
 use assert_cmd::cargo::cargo_bin_cmd;
+use boresight::budget::named::rail::RailTrials;
 use boresight::budget::named::usbl::UsblTrials;
-use boresight::budget::named::{Wanted, run};
+use boresight::budget::named::{Acting, Tried, Wanted, run};
+use boresight::calibrate::rail::{RailJointConfig, RailReferenceConfig};
 use boresight::calibrate::usbl::{JointConfig, ReferenceConfig};
 use boresight::results::NamedBudget;
-use boresight::simulate::usbl::DEMO;
+use boresight::simulate::rail::{RailScenario, RailSource, RailSources};
+use boresight::simulate::usbl::{DEMO, simulate};
 use boresight::simulate::usbl::{Scenario, Source, Sources};
+use boresight::target::RailProfile;
+use nalgebra::Vector3;
 
 fn usbl(change: impl FnOnce(&mut Scenario)) -> UsblTrials {
     let mut scenario: Scenario = toml::from_str(DEMO).expect("a scenario");
@@ -55,6 +60,93 @@ fn a_turn_of_the_control_goes_into_the_mounting_whole() {
             let ratio = (sigma[i] / expected).powi(2);
             assert!((ratio - 1.0).abs() < allowed, "{}: {i}: {ratio}", path.path);
         }
+    }
+}
+
+/// Errors of the joint and the reference path in a trial.
+fn errors(tried: &dyn Tried, acting: Acting) -> [Vec<f64>; 2] {
+    let trial = tried.trial(3, acting);
+    let joint = trial.joint.expect("a joint result").error;
+    [joint, trial.reference.expect("a reference result")]
+}
+
+/// What the only source of which each seed draws once does alone, beside what is there without it (interpolated attitudes).
+fn effect(tried: &dyn Tried) -> [Vec<f64>; 2] {
+    assert_eq!(tried.sources().len(), 1);
+    let ([joint, reference], [joint_without, reference_without]) =
+        (errors(tried, Acting::Only(0)), errors(tried, Acting::None));
+    let less = |with: Vec<f64>, without: Vec<f64>| {
+        let pairs = with.iter().zip(&without);
+        pairs.map(|(with, without)| with - without).collect()
+    };
+    [
+        less(joint, joint_without),
+        less(reference, reference_without),
+    ]
+}
+
+/// Effects are linear in a turn of a twentieth of a degree but for some 1e-3 of it.
+fn is_twice(twice: &[f64], once: &[f64]) {
+    let largest = once.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+    assert!(largest > 1e-3, "{once:?}");
+    for (once, twice) in once.iter().zip(twice) {
+        let off = twice - 2.0 * once;
+        assert!(off.abs() < 0.01 * largest, "{twice} for twice {once}");
+    }
+}
+
+/// The scenario says that an error is twice what the survey claims: alone it is twice, too.
+#[test]
+fn a_source_alone_keeps_its_factor() {
+    let [once, twice] = [1.0, 2.0].map(|factor| {
+        let tried = usbl(|scenario| {
+            scenario.control.tilt_sigma_deg = 0.05;
+            scenario.control.azimuth_sigma_deg = 0.05;
+            scenario.sources = Sources::none().with(Source::Datum, factor);
+        });
+        effect(&tried)
+    });
+    for path in 0..2 {
+        is_twice(&twice[path][..3], &once[path][..3]);
+    }
+}
+
+#[test]
+fn a_source_of_a_rail_alone_keeps_its_factor() {
+    let text = std::fs::read_to_string(scenario("rail-thin.toml")).expect("a scenario");
+    let [once, twice] = [1.0, 2.0].map(|factor| {
+        let mut scenario = RailScenario::from_toml(&text).expect("a scenario");
+        scenario.sources = RailSources::none().with(RailSource::RailAttitude, factor);
+        effect(&RailTrials {
+            scenario,
+            rail: RailProfile::built_in("chn60").expect("a rail"),
+            reference: RailReferenceConfig::default(),
+            joint: RailJointConfig::default(),
+        })
+    });
+    is_twice(&twice[0], &once[0]);
+}
+
+/// Only the transducer's survey is wrong. The beacons stand about the true transducer, 6 m below it, their mean at `centre_m`; the
+/// control has them from the surveyed one. What their mean is off is true minus surveyed, and the reference path, which takes the
+/// surveyed place, errs by its opposite.
+#[test]
+fn the_reference_path_takes_the_transducer_as_surveyed() {
+    let tried = usbl(|scenario| {
+        scenario.transducer.sigma_m = [0.1, 0.2, 0.3];
+        scenario.sources = Sources::only(&[Source::TransducerSurvey]);
+    });
+    let [_, reference] = errors(&tried, Acting::Only(0));
+    let survey = simulate(&tried.scenario, 3).expect("a survey");
+    let beacons = &survey.campaign.beacons;
+    let sum: Vector3<f64> = beacons.iter().map(|b| b.point.position_m).sum();
+    let off = sum / beacons.len() as f64 - Vector3::new(0.3, -0.2, -6.0);
+    assert!(off.norm() > 0.05, "{off}");
+    for axis in 0..3 {
+        assert!(
+            (reference[3 + axis] + off[axis]).abs() < 1e-9,
+            "{reference:?} {off}"
+        );
     }
 }
 

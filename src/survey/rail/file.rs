@@ -54,7 +54,7 @@ pub struct RailSection {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProfilesSection {
-    /// Path of the profiles file.
+    /// Path of the profiles file: Parquet if it ends in `.parquet`, else CSV.
     pub path: String,
 }
 
