@@ -289,3 +289,12 @@ fn a_real_las_that_is_not_in_order_is_refused_with_its_first_such_point() {
         "{error}"
     );
 }
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn parquet_left_out_of_the_program_is_said() {
+    let path = Path::new("profiles.PARQUET");
+    let error = formats::read_rail_profiles(path, 2).expect_err("a fault");
+    assert_eq!(error.kind, FaultKind::UnknownFormat);
+    assert!(error.to_string().contains("--features parquet"), "{error}");
+}

@@ -1,4 +1,4 @@
-//! Profiles as Parquet, written by pyarrow (tests/recipes/rail_parquet.py): the same numbers as the CSV, and a message for what is wrong.
+//! Profiles as Parquet, written by pyarrow (`tests/recipes/rail_parquet.py`): the same numbers as the CSV, and a message for what is wrong.
 #![cfg(feature = "parquet")]
 
 use std::path::{Path, PathBuf};
@@ -206,7 +206,7 @@ fn a_file_without_its_middle_is_refused() {
     let whole = std::fs::read(fixture("profiles.parquet")).expect("a fixture");
     let (_folder, path) = written(&[b"PAR1", &whole[20_000..]].concat());
     assert!(refused(&path).found.starts_with("damage"));
-    let mut last = Columns::open(&path, &["z_m"]).ok().expect("a good footer");
+    let mut last = Columns::open(&path, &["z_m"]).expect("a good footer");
     let error = last.next_row().expect_err("a fault");
     assert!(error.found.contains("bytes from byte"), "{error}");
     assert_eq!(error.kind, FaultKind::Truncated);
@@ -289,6 +289,21 @@ fn never_panics(bytes: &[u8]) {
     while let Ok(true) = columns.next_row() {
         let _ = (columns.count(0), columns.number(1, &Limits::FINITE));
     }
+}
+
+/// The same of a dictionary: its header (type, two sizes, then field 7, of which the first field is the count) says a million.
+#[test]
+fn a_dictionary_s_size_is_not_believed() {
+    let mut bytes = std::fs::read(fixture("profiles.parquet")).expect("a fixture");
+    let header = &bytes[4..24];
+    let at = header.windows(2).position(|two| two == [0x4c, 0x15]);
+    let count = 4 + at.expect("a dictionary") + 2;
+    // 22 positions, each with a time of its own; zigzag doubles
+    assert_eq!(bytes[count], 44);
+    bytes.splice(count..=count, [0x80, 0x89, 0x7a]);
+    let (_folder, path) = written(&bytes);
+    let error = refused(&path);
+    assert!(error.found.contains("a dictionary longer"), "{error}");
 }
 
 /// A damaged size in the footer of the third row group, at which the parquet crate (60.1) indexes past the end of a page.
