@@ -115,12 +115,8 @@ fn check_magic(path: &Path, file: &mut File, size: u64) -> Result<(), FormatErro
         .map_err(unreadable)?;
     file.read_to_end(&mut last).map_err(unreadable)?;
     if size < 12 || last != MAGIC {
-        let found = format!("{} at its end", quoted(&last));
-        return fault(
-            FaultKind::Truncated,
-            found,
-            "a whole Parquet file, which ends with PAR1",
-        );
+        let found = "no footer and PAR1 at its end".to_owned();
+        return fault(FaultKind::Truncated, found, "a whole Parquet file");
     }
     Ok(())
 }
