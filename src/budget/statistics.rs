@@ -351,6 +351,7 @@ mod tests {
             error: [error; 6],
             covariance,
             variance_factor: (seed == 2).then_some(1.5),
+            optional: vec![],
         };
         let even = seed.is_multiple_of(2);
         Trial {

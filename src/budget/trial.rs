@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
+use crate::adjust::BlockId;
 use crate::calibrate::pool::config::Variant;
 use crate::calibrate::pool::joint::JointOutcome;
 use crate::calibrate::pool::sequential::{Outcome, SequentialError};
@@ -48,6 +49,19 @@ pub struct JointTrial {
     pub covariance: Matrix6<f64>,
     /// Its variance factor, where it was judged.
     pub variance_factor: Option<f64>,
+    /// Latency and range scale, where they were unknowns. A ledger does not keep them.
+    pub optional: Vec<OptionalError>,
+}
+
+/// Error of an optional unknown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OptionalError {
+    /// `latency` (seconds) or `range_scale`.
+    pub name: &'static str,
+    /// Estimate minus truth.
+    pub error: f64,
+    /// The standard deviation that was reported.
+    pub sigma: f64,
 }
 
 /// Why a path gave nothing usable.
@@ -145,7 +159,25 @@ fn of_joint(joint: &JointOutcome, truth: &Truth) -> JointTrial {
         error: errors(&joint.mounting, truth),
         covariance: joint.covariance,
         variance_factor: joint.variance_factor(),
+        optional: optional(joint, truth),
     }
+}
+
+fn optional(joint: &JointOutcome, truth: &Truth) -> Vec<OptionalError> {
+    let x = &joint.solution.estimate.parameters;
+    let unknowns = [
+        ("latency", joint.blocks.latency, truth.latency_s),
+        ("range_scale", joint.blocks.range_scale, truth.range_scale),
+    ];
+    let one = |(name, id, truth): (&'static str, Option<BlockId>, f64)| {
+        let (id, column) = (id?, x.offset(id?));
+        Some(OptionalError {
+            name,
+            error: x.euclidean(id)[0] - truth,
+            sigma: joint.solution.cofactor[(column, column)].sqrt(),
+        })
+    };
+    unknowns.into_iter().filter_map(one).collect()
 }
 
 /// A stalled end counts as usable, being out of passes does not.

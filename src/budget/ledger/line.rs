@@ -115,6 +115,7 @@ fn joint(fields: &[&str]) -> Option<Result<JointTrial, Reason>> {
         error: numbers(fields)?,
         covariance,
         variance_factor,
+        optional: vec![],
     }))
 }
 

@@ -358,6 +358,7 @@ mod tests {
                     error: [0.1 * x, -1e-300, x / 3.0, 5e-324, 1e22, 0.1 + 0.2],
                     covariance: Matrix6::from_fn(|i, j| 1e-7 / ((i + 1) * (j + 1)) as f64),
                     variance_factor: (seed != 8).then_some(1.0 / 3.0),
+                    optional: vec![],
                 })
             },
             sequential: Ok([x.sqrt(); 6]),
