@@ -4,37 +4,52 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 use super::error::{FormatError, open};
+use super::rail_csv::{TILT, TURN};
 use super::table::{Limits, Table};
 use super::whole::write_whole;
+use crate::observe::AttitudeRecord;
 use crate::units::{degrees, radians};
 
 // LAYOUT
 
 const COLUMNS: [&str; 4] = ["time_s", "roll_deg", "pitch_deg", "heading_deg"];
-const ROLL: Limits = Limits {
-    min: -180.0,
-    max: 180.0,
-    expected: "an angle from -180 to 180 deg",
-};
-const PITCH: Limits = Limits {
-    min: -90.0,
-    max: 90.0,
-    expected: "an angle from -90 to 90 deg",
-};
-const HEADING: Limits = Limits {
-    min: -360.0,
-    max: 360.0,
-    expected: "a heading from -360 to 360 deg",
+
+/// What a procedure's attitude files hold.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// Roll, pitch and heading that are possible, degrees.
+    pub limits: [Limits; 3],
+    /// Decimals of a degree that are written.
+    pub decimals: usize,
+}
+
+/// Of a vessel's attitude sensor.
+pub const VESSEL: Layout = Layout {
+    limits: [
+        Limits {
+            min: -180.0,
+            max: 180.0,
+            expected: "an angle from -180 to 180 deg",
+        },
+        Limits {
+            min: -90.0,
+            max: 90.0,
+            expected: "an angle from -90 to 90 deg",
+        },
+        Limits {
+            min: -360.0,
+            max: 360.0,
+            expected: "a heading from -360 to 360 deg",
+        },
+    ],
+    decimals: 8,
 };
 
-/// Columns of an attitude file.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AttitudeRecords {
-    /// Time, seconds, strictly ascending.
-    pub time_s: Vec<f64>,
-    /// Roll, pitch, heading, radians.
-    pub angles_rad: Vec<[f64; 3]>,
-}
+/// Of a measuring beam's INS on its table.
+pub const BEAM: Layout = Layout {
+    limits: [TURN, TILT, TURN],
+    decimals: 7,
+};
 
 // READ
 
@@ -42,9 +57,9 @@ pub struct AttitudeRecords {
 ///
 /// # Errors
 /// [`FormatError`]: unreadable, empty, a column missing, a value impossible, times that do not strictly ascend.
-pub fn read(path: &Path) -> Result<AttitudeRecords, FormatError> {
+pub fn read(path: &Path, layout: &Layout) -> Result<AttitudeRecord, FormatError> {
     let (file, size) = open(path)?;
-    read_from(path, file, size)
+    read_from(path, file, size, layout)
 }
 
 /// Reads an attitude file of `size` bytes from `source`; `file` names it in messages.
@@ -55,42 +70,50 @@ pub fn read_from(
     file: &Path,
     source: impl Read,
     size: u64,
-) -> Result<AttitudeRecords, FormatError> {
+    layout: &Layout,
+) -> Result<AttitudeRecord, FormatError> {
     let mut table = Table::open(file, source, size, &COLUMNS, &[])?;
-    let mut records = AttitudeRecords::default();
+    let mut record = AttitudeRecord::default();
+    let [roll, pitch, heading] = &layout.limits;
     while table.next_row()? {
         let time_s = table.number(0, &Limits::FINITE)?;
-        table.check_order(0, records.time_s.last().copied(), time_s, true)?;
-        records.time_s.push(time_s);
+        table.check_order(0, record.time_s.last().copied(), time_s, true)?;
+        record.time_s.push(time_s);
         let angle = |column, limits| table.number(column, limits).map(radians);
-        let angles = [angle(1, &ROLL)?, angle(2, &PITCH)?, angle(3, &HEADING)?];
-        records.angles_rad.push(angles);
+        record.roll_rad.push(angle(1, roll)?);
+        record.pitch_rad.push(angle(2, pitch)?);
+        record.heading_rad.push(angle(3, heading)?);
     }
-    if records.time_s.is_empty() {
+    if record.time_s.is_empty() {
         return Err(table.no_rows());
     }
-    Ok(records)
+    Ok(record)
 }
 
 // WRITE
 
-/// Writes an attitude file: time as it is, angles to 1e-8 deg.
+/// Writes an attitude file: time as it is, angles with the layout's decimals.
 ///
 /// # Errors
 /// [`FormatError`] of kind `Unwritable`.
-pub fn write(path: &Path, records: &AttitudeRecords) -> Result<(), FormatError> {
-    write_whole(path, |w| write_to(w, records))
+pub fn write(path: &Path, record: &AttitudeRecord, layout: &Layout) -> Result<(), FormatError> {
+    write_whole(path, |w| write_to(w, record, layout))
 }
 
 /// Writes an attitude file into `out`, see [`write()`].
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_to(out: &mut impl Write, records: &AttitudeRecords) -> std::io::Result<()> {
+pub fn write_to(
+    out: &mut impl Write,
+    record: &AttitudeRecord,
+    layout: &Layout,
+) -> std::io::Result<()> {
+    let n = layout.decimals;
     writeln!(out, "{}", COLUMNS.join(","))?;
-    for (time_s, angles) in records.time_s.iter().zip(&records.angles_rad) {
+    for (time_s, angles) in record.time_s.iter().zip(record.angles_rad()) {
         let [roll, pitch, heading] = angles.map(degrees);
-        writeln!(out, "{time_s},{roll:.8},{pitch:.8},{heading:.8}")?;
+        writeln!(out, "{time_s},{roll:.n$},{pitch:.n$},{heading:.n$}")?;
     }
     Ok(())
 }

@@ -8,7 +8,7 @@
 //! | laser CSV | [`laser_csv`] | yes | yes |
 //! | soundings CSV | [`soundings_csv`] | yes | yes |
 //! | sound-speed profile CSV | [`sound_speed_csv`] | yes | yes |
-//! | rail profiles, attitude, table CSV | [`rail_csv`] | yes | yes |
+//! | rail profiles, table CSV | [`rail_csv`] | yes | yes |
 //! | rail profiles Parquet | `rail_parquet` (cargo feature `parquet`) | yes | no |
 //! | attitude CSV | [`attitude_csv`] | yes | yes |
 //! | acoustic fixes CSV | [`usbl_fixes_csv`] | yes | yes |

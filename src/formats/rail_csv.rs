@@ -1,5 +1,5 @@
-//! The three tables of a rail calibration: profiles `time_s,profiler,y_m,z_m` (profilers counted from 1), attitude
-//! `time_s,roll_deg,pitch_deg,heading_deg`, table positions `from_s,to_s,heading_deg,pitch_deg`.
+//! Tables of a rail calibration: profiles `time_s,profiler,y_m,z_m` (profilers counted from 1) and positions
+//! `from_s,to_s,heading_deg,pitch_deg`; its attitude record is an [`attitude_csv`](super::attitude_csv).
 //!
 //! Profiles come as Parquet too, see [`super::read_rail_profiles`]; both are checked by the same lines.
 
@@ -10,13 +10,12 @@ use super::error::{FaultKind, FormatError, open};
 use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
-use crate::observe::{AttitudeRecord, ProfilePoints, TableRecord};
+use crate::observe::{ProfilePoints, TableRecord};
 use crate::units::{degrees, radians};
 
 // LAYOUT
 
 pub(super) const PROFILES: [&str; 4] = ["time_s", "profiler", "y_m", "z_m"];
-const ATTITUDE: [&str; 4] = ["time_s", "roll_deg", "pitch_deg", "heading_deg"];
 const TABLE: [&str; 4] = ["from_s", "to_s", "heading_deg", "pitch_deg"];
 
 /// Profilers see less than a few metres; larger numbers are millimetres.
@@ -25,12 +24,12 @@ const COORDINATE: Limits = Limits {
     max: 10.0,
     expected: "metres from -10 to 10",
 };
-const TILT: Limits = Limits {
+pub(super) const TILT: Limits = Limits {
     min: -90.0,
     max: 90.0,
     expected: "degrees from -90 to 90",
 };
-const TURN: Limits = Limits {
+pub(super) const TURN: Limits = Limits {
     min: -360.0,
     max: 360.0,
     expected: "degrees from -360 to 360",
@@ -85,28 +84,6 @@ pub(super) fn profiles(
     Ok(points)
 }
 
-/// Reads an attitude CSV.
-///
-/// # Errors
-/// [`FormatError`]: unreadable, empty, a column missing, a value impossible, times that do not ascend.
-pub fn read_attitude(path: &Path) -> Result<AttitudeRecord, FormatError> {
-    let (file, size) = open(path)?;
-    let mut table = Table::open(path, file, size, &ATTITUDE, &[])?;
-    let mut record = AttitudeRecord::default();
-    while table.next_row()? {
-        let time_s = table.number(0, &Limits::FINITE)?;
-        table.check_order(0, record.time_s.last().copied(), time_s, true)?;
-        record.time_s.push(time_s);
-        record.roll_rad.push(radians(table.number(1, &TURN)?));
-        record.pitch_rad.push(radians(table.number(2, &TILT)?));
-        record.heading_rad.push(radians(table.number(3, &TURN)?));
-    }
-    if record.time_s.is_empty() {
-        return Err(table.no_rows());
-    }
-    Ok(record)
-}
-
 /// Reads a table of positions.
 ///
 /// # Errors
@@ -147,30 +124,6 @@ pub fn write_profiles(path: &Path, points: &ProfilePoints) -> Result<(), FormatE
             let (time_s, profiler) = (points.time_s[k], points.profiler[k] + 1);
             let (y, z) = (points.y_m[k], points.z_m[k]);
             writeln!(out, "{time_s},{profiler},{y:.8},{z:.8}")?;
-        }
-        Ok(())
-    })
-}
-
-/// Writes an attitude CSV: angles to 1e-7 degrees.
-///
-/// # Errors
-/// [`FormatError`] of kind `Unwritable`.
-pub fn write_attitude(path: &Path, record: &AttitudeRecord) -> Result<(), FormatError> {
-    write_whole(path, |out| -> std::io::Result<()> {
-        writeln!(out, "{}", ATTITUDE.join(","))?;
-        for k in 0..record.time_s.len() {
-            let [roll, pitch, heading] = [
-                record.roll_rad[k],
-                record.pitch_rad[k],
-                record.heading_rad[k],
-            ]
-            .map(degrees);
-            writeln!(
-                out,
-                "{},{roll:.7},{pitch:.7},{heading:.7}",
-                record.time_s[k]
-            )?;
         }
         Ok(())
     })

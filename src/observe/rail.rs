@@ -68,6 +68,27 @@ pub struct AttitudeRecord {
     pub heading_rad: Vec<f64>,
 }
 
+impl AttitudeRecord {
+    /// From roll, pitch and heading by record, radians.
+    #[must_use]
+    pub fn from_angles(time_s: Vec<f64>, angles_rad: &[[f64; 3]]) -> Self {
+        let column = |i: usize| angles_rad.iter().map(|a| a[i]).collect();
+        Self {
+            time_s,
+            roll_rad: column(0),
+            pitch_rad: column(1),
+            heading_rad: column(2),
+        }
+    }
+
+    /// Roll, pitch, heading by record, radians.
+    pub fn angles_rad(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        let level = self.roll_rad.iter().zip(&self.pitch_rad);
+        let all = level.zip(&self.heading_rad);
+        all.map(|((roll, pitch), heading)| [*roll, *pitch, *heading])
+    }
+}
+
 /// White noise of each attitude record, one sigma; what is constant belongs to the rail's orientation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AttitudeNoise {

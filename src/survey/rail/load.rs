@@ -5,7 +5,7 @@ use std::path::Path;
 use super::file::RailSurveyFile;
 use super::keys;
 use crate::formats::digest::sha256;
-use crate::formats::{rail_csv, read_rail_profiles};
+use crate::formats::{attitude_csv, rail_csv, read_rail_profiles};
 use crate::observe::RailCampaign;
 use crate::results::InputFile;
 use crate::survey::document::Document;
@@ -51,7 +51,7 @@ pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
     let points = keep(&mut problems, points.map_err(SurveyError::from));
     let record = keep(
         &mut problems,
-        rail_csv::read_attitude(&attitude).map_err(SurveyError::from),
+        attitude_csv::read(&attitude, &attitude_csv::BEAM).map_err(SurveyError::from),
     );
     let positions = keep(
         &mut problems,

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::file::{AttitudeSection, ProfilerSection, ProfilesSection, RailSection, TableSection};
 use super::scenario::RailScenarioFile;
 use crate::formats::whole::write_whole;
-use crate::formats::{FormatError, rail_csv};
+use crate::formats::{FormatError, attitude_csv, rail_csv};
 use crate::simulate::rail::SimulatedRail;
 use crate::simulate::rail::scenario::{Angles, RailScenario};
 use crate::survey::file::MountingAngles;
@@ -29,7 +29,11 @@ pub fn write_rail(
 ) -> Result<(), FormatError> {
     let campaign = &survey.campaign;
     rail_csv::write_profiles(&folder.join(PROFILES), &campaign.points)?;
-    rail_csv::write_attitude(&folder.join(ATTITUDE), &campaign.attitude)?;
+    attitude_csv::write(
+        &folder.join(ATTITUDE),
+        &campaign.attitude,
+        &attitude_csv::BEAM,
+    )?;
     rail_csv::write_table(&folder.join(TABLE), &campaign.table)?;
     write_toml(&folder.join(MODEL), &file.model)?;
     write_toml(&folder.join(SURVEY_FILE), &SurveyToml::new(file))?;

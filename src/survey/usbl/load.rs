@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::file::UsblFile;
 use super::keys;
-use crate::formats::attitude_csv::{self, AttitudeRecords};
+use crate::formats::attitude_csv;
 use crate::formats::digest::sha256;
 use crate::formats::sound_speed_csv;
 use crate::formats::usbl_control_csv::{
@@ -16,7 +16,7 @@ use crate::formats::usbl_fixes_csv::{self, FixRecords, RangeKind};
 use crate::geometry::ellipsoid::ecef_from_level;
 use crate::geometry::{Ellipsoid, Geodetic, Point, rotation};
 use crate::observe::usbl::{Beacon, ControlPoint, Fixes, Role, UsblCampaign};
-use crate::observe::{SoundSpeed, SoundSpeedProfile, Trajectory};
+use crate::observe::{AttitudeRecord, SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::results::InputFile;
 use crate::survey::document::Document;
 use crate::survey::file::OutsideRule;
@@ -109,7 +109,7 @@ fn input(path: &Path, name: &str) -> Result<InputFile, SurveyError> {
 struct Contents {
     control: ControlRecords,
     fixes: FixRecords,
-    attitude: AttitudeRecords,
+    attitude: AttitudeRecord,
     profile: Option<SoundSpeedProfile>,
 }
 
@@ -120,8 +120,8 @@ fn read(file: &UsblFile, folder: &Path) -> Result<Contents, SurveyError> {
         .map_err(|e| problems.push(e.into()));
     let fixes =
         usbl_fixes_csv::read(&folder.join(&file.fixes.path)).map_err(|e| problems.push(e.into()));
-    let attitude =
-        attitude_csv::read(&folder.join(&file.attitude.path)).map_err(|e| problems.push(e.into()));
+    let attitude = attitude_csv::read(&folder.join(&file.attitude.path), &attitude_csv::VESSEL)
+        .map_err(|e| problems.push(e.into()));
     let profile = file.sound_speed.profile.as_ref();
     let profile = profile
         .map(|name| sound_speed_csv::read(&folder.join(name)))
@@ -304,11 +304,11 @@ impl LevelFrame {
     }
 }
 
-fn attitude(file: &UsblFile, records: &AttitudeRecords) -> Trajectory {
+fn attitude(file: &UsblFile, record: &AttitudeRecord) -> Trajectory {
     let offset_s = file.attitude.time_offset_s;
-    let times = records.time_s.iter().map(|t| t + offset_s).collect();
-    let turn = |[roll, pitch, heading]: &[f64; 3]| rotation::from_attitude(*roll, *pitch, *heading);
-    let matrices: Vec<_> = records.angles_rad.iter().map(turn).collect();
+    let times = record.time_s.iter().map(|t| t + offset_s).collect();
+    let turn = |[roll, pitch, heading]: [f64; 3]| rotation::from_attitude(roll, pitch, heading);
+    let matrices: Vec<_> = record.angles_rad().map(turn).collect();
     let zero = vec![Vector3::zeros(); matrices.len()];
     Trajectory::new(times, zero, matrices, None, file.attitude.max_gap_s)
 }

@@ -9,7 +9,7 @@ use super::file::{
     WaterSection,
 };
 use super::scenario::{Calibration, UsblScenarioFile};
-use crate::formats::attitude_csv::{self, AttitudeRecords};
+use crate::formats::attitude_csv;
 use crate::formats::usbl_control_csv::{
     self, ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
 };
@@ -18,8 +18,8 @@ use crate::formats::whole::write_whole;
 use crate::formats::{FormatError, sound_speed_csv};
 use crate::geometry::ellipsoid::ecef_from_level;
 use crate::geometry::{Geodetic, Point};
-use crate::observe::SoundSpeed;
 use crate::observe::usbl::{ControlPoint, Role};
+use crate::observe::{AttitudeRecord, SoundSpeed};
 use crate::simulate::scenario::Angles;
 use crate::simulate::usbl::scenario::{Coordinates, Recorded};
 use crate::simulate::usbl::{Scenario, Simulated};
@@ -44,11 +44,10 @@ pub fn write_survey(
     let scenario = &file.scenario;
     usbl_control_csv::write(&folder.join(CONTROL_FILE), &control(scenario, survey))?;
     usbl_fixes_csv::write(&folder.join(FIXES_FILE), &fixes(scenario, survey))?;
-    let attitude = AttitudeRecords {
-        time_s: survey.campaign.attitude.times_s().to_vec(),
-        angles_rad: survey.attitude_rad.clone(),
-    };
-    attitude_csv::write(&folder.join(ATTITUDE_FILE), &attitude)?;
+    let times_s = survey.campaign.attitude.times_s().to_vec();
+    let attitude = AttitudeRecord::from_angles(times_s, &survey.attitude_rad);
+    let path = folder.join(ATTITUDE_FILE);
+    attitude_csv::write(&path, &attitude, &attitude_csv::VESSEL)?;
     if let SoundSpeed::Profile(profile) = &survey.campaign.sound_speed {
         sound_speed_csv::write(&folder.join(PROFILE_FILE), profile)?;
     }
