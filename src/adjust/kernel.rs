@@ -3,6 +3,8 @@
 //! `rho(r)` replaces `r^2 / 2`; iteratively reweighted least squares uses `weight = rho'(r) / r` (Huber & Ronchetti, *Robust
 //! Statistics*, 2009, ch. 7; Zhang, "Parameter estimation techniques", 1997, table 1).
 
+use crate::stats::normal_means;
+
 /// What a standardised residual costs.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Kernel {
@@ -84,16 +86,11 @@ impl Kernel {
     /// rule: one for least squares, less for a kernel. Weighted sums of squares are divided by it, so that a variance factor of one means
     /// the stated noise under every kernel.
     pub fn kept_of_normal(self, deviation: f64) -> f64 {
-        const REACH: f64 = 10.0;
-        const STEPS: u32 = 4000;
-        let step = 2.0 * REACH / f64::from(STEPS);
-        let density = |r: f64| (-0.5 * r * r).exp() / (2.0 * std::f64::consts::PI).sqrt();
-        let place = |i: u32| -REACH + step * (f64::from(i) + 0.5);
-        let square = |r: f64| density(r) * self.weight(deviation * r) * r * r;
-        match self {
-            Kernel::LeastSquares => 1.0,
-            _ => (0..STEPS).map(|i| square(place(i))).sum::<f64>() * step,
+        if self.is_least_squares() {
+            return 1.0;
         }
+        let [kept] = normal_means(10.0, 4000, |r| [self.weight(deviation * r) * r * r]);
+        kept
     }
 
     /// Whether it is plain least squares.

@@ -12,6 +12,7 @@ use crate::calibrate::pool::joint::JointOutcome;
 use crate::observe::{Campaign, Mounting};
 use crate::simulate::scenario::Turn;
 use crate::simulate::{Scenario, Source};
+use crate::stats::normal_means;
 
 /// What a kernel makes of normal noise: the part of the weight that counts, `beta = E psi'`, and by how much the noise exceeds
 /// what that weight makes of it, `E psi^2 / (s beta)^2` (Huber & Ronchetti 2009, eq. 3.13).
@@ -32,18 +33,11 @@ impl Tail {
                 inflation: 1.0,
             };
         }
-        let (mut mass, mut slope, mut square) = (0.0, 0.0, 0.0);
-        for i in 0..24_000 {
-            let z = -6.0 + 5e-4 * (f64::from(i) + 0.5);
-            let weight = (-0.5 * z * z).exp();
-            mass += weight;
-            slope += weight * kernel.slope(s * z);
-            square += weight * kernel.influence(s * z).powi(2);
-        }
-        let part = slope / mass;
+        let figures = |z| [kernel.slope(s * z), kernel.influence(s * z).powi(2)];
+        let [part, square] = normal_means(6.0, 24_000, figures);
         Self {
             part,
-            inflation: square / mass / (s * part).powi(2),
+            inflation: square / (s * part).powi(2),
         }
     }
 }
