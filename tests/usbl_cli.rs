@@ -1,33 +1,13 @@
 //! The USBL commands end to end: files, exit codes, bytes, messages.
 
-use std::path::Path;
-use std::process::Output;
+mod common;
 
-use assert_cmd::cargo::cargo_bin_cmd;
+use std::path::Path;
+
+use common::{run, simulated, words};
 use nalgebra::{Matrix3, Vector3};
 
 const THIN: &str = include_str!("../models/scenarios/usbl-thin.toml");
-
-fn run(arguments: &[&str], folder: &Path) -> Output {
-    let mut command = cargo_bin_cmd!("boresight");
-    command
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .expect("ran")
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn simulated(text: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("folder");
-    std::fs::write(folder.path().join("s.toml"), text).expect("written");
-    let output = run(&["simulate", "s.toml", "--out", "survey"], folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
-    folder
-}
 
 fn json(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(path).expect("a file")).expect("JSON")
