@@ -6,11 +6,11 @@ use boresight::adjust::{
     Block, BlockId, ChainState, Component, Conditions, Estimate, Options, ParameterSet, Problem,
     Row, Source, Unit, solve,
 };
-use boresight::calibrate::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
 use boresight::geometry::plane::PlaneMoments;
 use boresight::georef::{Beam, along_normal, georeference};
 use boresight::matching::{Gate, Patches, Water};
 use boresight::observe::{Mounting, PoseSample};
+use boresight::procedures::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
 use boresight::simulate::{DEMO, Scenario, Simulated, simulate};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};

@@ -1,9 +1,9 @@
 //! What does a rail calibration cost? Simulating, the patent's path, the joint path on the thin scenario (42 profiles of two profilers, some
 //! 6000 points).
 
-use boresight::calibrate::pool::Method;
-use boresight::calibrate::rail::{RailInput, RailJointConfig, RailReferenceConfig, calibrate};
-use boresight::simulate::rail::{RailScenario, SimulatedRail, simulate};
+use boresight::procedures::pool::Method;
+use boresight::procedures::rail::simulate::{RailScenario, SimulatedRail, simulate};
+use boresight::procedures::rail::{RailInput, RailJointConfig, RailReferenceConfig, calibrate};
 use boresight::target::RailProfile;
 
 const THIN: &str = include_str!("../models/scenarios/rail-thin.toml");

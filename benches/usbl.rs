@@ -1,10 +1,10 @@
 //! What does a USBL calibration cost? Simulating, the patent's path, the joint path on the demo's survey (five beacons, 1000 fixes), and
 //! one ray.
 
-use boresight::calibrate::pool::Method;
-use boresight::calibrate::usbl::{JointConfig, ReferenceConfig, UsblInput, calibrate};
 use boresight::georef::Medium;
-use boresight::simulate::usbl::{DEMO, Scenario, Simulated, simulate};
+use boresight::procedures::pool::Method;
+use boresight::procedures::usbl::simulate::{DEMO, Scenario, Simulated, simulate};
+use boresight::procedures::usbl::{JointConfig, ReferenceConfig, UsblInput, calibrate};
 use divan::{Bencher, black_box};
 use nalgebra::Vector3;
 

@@ -7,11 +7,11 @@
 //! Sidak, over everything in this run), and predicted and found mean.
 
 use boresight::budget::analytic::{PathBudget, analytic_with};
-use boresight::calibrate::pool::config::Variant;
-use boresight::calibrate::pool::influence::difference;
-use boresight::calibrate::pool::joint::SIX;
-use boresight::calibrate::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
 use boresight::observe::Mounting;
+use boresight::procedures::pool::config::Variant;
+use boresight::procedures::pool::influence::difference;
+use boresight::procedures::pool::joint::SIX;
+use boresight::procedures::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
 use boresight::simulate::{Scenario, Source, Sources, simulate};
 use nalgebra::Vector6;
 use rayon::prelude::*;

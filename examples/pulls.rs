@@ -7,8 +7,8 @@
 //! A pull RMS of 1 means that the reported uncertainty is true. Nothing is selected: a seed without a usable result is listed.
 
 use boresight::budget::trial::{Configuration, JointTrial, Trial, trial};
-use boresight::calibrate::pool::JointConfig;
-use boresight::calibrate::pool::joint::SIX;
+use boresight::procedures::pool::JointConfig;
+use boresight::procedures::pool::joint::SIX;
 use boresight::simulate::Scenario;
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true.
 //!
 //! ```
-//! use boresight::calibrate::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
+//! use boresight::procedures::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
 //! use boresight::simulate::{DEMO, Scenario, simulate};
 //!
 //! let mut scenario = Scenario::from_toml(DEMO)?;
@@ -30,6 +30,7 @@ pub mod geometry;
 pub mod georef;
 pub mod matching;
 pub mod observe;
+pub mod procedures;
 pub mod report;
 pub mod results;
 pub mod simulate;

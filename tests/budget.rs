@@ -10,7 +10,7 @@ use boresight::budget::sources::{acting, alone};
 use boresight::budget::sweep;
 use boresight::budget::trial::{Configuration, Trial, trial};
 use boresight::budget::{statistics, summary};
-use boresight::calibrate::pool::{Method, PoolInput, SequentialConfig, calibrate};
+use boresight::procedures::pool::{Method, PoolInput, SequentialConfig, calibrate};
 use boresight::report::budget::{from_slice, sweep_table, table, to_bytes};
 use boresight::results::{BudgetPath, BudgetResult, SixFigures, SweepValue};
 use boresight::simulate::{Scenario, Source, simulate};

@@ -2,12 +2,12 @@
 //! and Monte Carlo.
 
 use boresight::budget::analytic::{Analytic, PathBudget, Prediction, analytic, analytic_with};
-use boresight::calibrate::pool::config::{KernelName, Variant};
-use boresight::calibrate::pool::frame;
-use boresight::calibrate::pool::influence::{self, Pull, difference};
-use boresight::calibrate::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
 use boresight::geometry::{Geodetic, Point};
 use boresight::observe::Campaign;
+use boresight::procedures::pool::config::{KernelName, Variant};
+use boresight::procedures::pool::frame;
+use boresight::procedures::pool::influence::{self, Pull, difference};
+use boresight::procedures::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
 use boresight::simulate::motion::MotionModel;
 use boresight::simulate::scenario::{Recorded, Water};
 use boresight::simulate::{Scenario, Simulated, Source, Sources, simulate};

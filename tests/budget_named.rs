@@ -8,12 +8,12 @@ use assert_cmd::cargo::cargo_bin_cmd;
 use boresight::budget::named::rail::RailTrials;
 use boresight::budget::named::usbl::UsblTrials;
 use boresight::budget::named::{Acting, Tried, Wanted, run};
-use boresight::calibrate::rail::{RailJointConfig, RailReferenceConfig};
-use boresight::calibrate::usbl::{JointConfig, ReferenceConfig};
+use boresight::procedures::rail::simulate::{RailScenario, RailSource, RailSources};
+use boresight::procedures::rail::{RailJointConfig, RailReferenceConfig};
+use boresight::procedures::usbl::simulate::{DEMO, simulate};
+use boresight::procedures::usbl::simulate::{Scenario, Source, Sources};
+use boresight::procedures::usbl::{JointConfig, ReferenceConfig};
 use boresight::results::NamedBudget;
-use boresight::simulate::rail::{RailScenario, RailSource, RailSources};
-use boresight::simulate::usbl::{DEMO, simulate};
-use boresight::simulate::usbl::{Scenario, Source, Sources};
 use boresight::target::RailProfile;
 use nalgebra::Vector3;
 

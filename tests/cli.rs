@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use assert_cmd::cargo::cargo_bin_cmd;
-use boresight::calibrate::pool::Scene;
 use boresight::geometry::ellipsoid::TargetPose;
 use boresight::georef::georeference;
 use boresight::observe::Mounting;
+use boresight::procedures::pool::Scene;
 use boresight::report::json;
 use boresight::results::PoolResult;
 use boresight::survey;

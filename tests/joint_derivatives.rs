@@ -7,13 +7,13 @@ use boresight::adjust::{
     Block, BlockId, ChainModel, ChainState, Component, Conditions, DerivativeFault, Estimate,
     ParameterSet, Process, ProcessKind, Unit, check_derivatives,
 };
-use boresight::calibrate::pool::Scene;
-use boresight::calibrate::pool::conditions::{
-    FacePlane, MountingBlocks, ReturnConditions, SoundingConditions, TrajectoryErrors,
-};
-use boresight::calibrate::pool::ties::{Among, Association, Tie, tie_returns, tie_soundings};
 use boresight::matching::{Patches, Water};
 use boresight::observe::Mounting;
+use boresight::procedures::pool::Scene;
+use boresight::procedures::pool::conditions::{
+    FacePlane, MountingBlocks, ReturnConditions, SoundingConditions, TrajectoryErrors,
+};
+use boresight::procedures::pool::ties::{Among, Association, Tie, tie_returns, tie_soundings};
 use boresight::simulate::motion::Wave;
 use boresight::simulate::{Scenario, Simulated, Source, Sources, simulate};
 use nalgebra::{Matrix3, Vector3};

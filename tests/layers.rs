@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 /// Floor of every top-level module; the table of the architecture page.
-const FLOORS: [(&str, u8); 17] = [
+const FLOORS: [(&str, u8); 19] = [
     ("units", 0),
     ("stats", 0),
     ("geometry", 1),
@@ -19,28 +19,39 @@ const FLOORS: [(&str, u8); 17] = [
     ("simulate", 5),
     ("results", 6),
     ("calibrate", 7),
-    ("budget", 7),
     ("survey", 8),
-    ("report", 8),
-    ("cli", 9),
-    ("main", 10),
+    ("casting", 8),
+    ("procedures", 8),
+    ("budget", 9),
+    ("report", 9),
+    ("cli", 10),
+    ("main", 11),
 ];
 
 /// Neighbours on one floor of which the first builds on the second; never the other way round.
 /// The floor plan's prose does not name them: matching ties points to a target's faces, the simulator casts rays at them, and a
-/// budget propagates errors through the calibrations.
-const NEIGHBOURS: [(&str, &str); 3] = [
+/// procedure's own simulator knows its scene.
+const NEIGHBOURS: [(&str, &str); 5] = [
     ("matching", "target"),
     ("simulate", "target"),
-    ("budget", "calibrate"),
+    // the pool's survey file still lives among the parts that all procedures share
+    ("survey", "procedures"),
+    ("procedures", "survey"),
+    ("casting", "procedures"),
 ];
 
 /// What holds besides the floors: a module that may know only these.
 /// The simulator casts rays and does not call `georef`, so that the two check each other.
-const NARROWER: [(&str, &[&str]); 3] = [
+const NARROWER: [(&str, &[&str]); 4] = [
     (
         "simulate",
         &["units", "stats", "geometry", "observe", "formats", "target"],
+    ),
+    (
+        "casting",
+        &[
+            "units", "stats", "geometry", "observe", "formats", "target", "simulate",
+        ],
     ),
     ("results", &["units", "stats", "geometry", "adjust"]),
     (
@@ -156,8 +167,14 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Top-level module of a file below `src`.
+/// Top-level module of a file below `src`; `casting` for the simulator in a procedure's folder, which is as narrow as `simulate`.
 fn module_of(relative: &Path) -> String {
+    let mut parts = relative.iter();
+    if parts.next().is_some_and(|p| p == "procedures")
+        && parts.nth(1).is_some_and(|p| p == "simulate")
+    {
+        return "casting".to_owned();
+    }
     let first = relative.iter().next().expect("a file").to_string_lossy();
     first.trim_end_matches(".rs").to_owned()
 }

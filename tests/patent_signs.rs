@@ -1,8 +1,8 @@
 //! The patent's cosine rules for the signs of the angles, against turns of known sign, for all facings of the planes.
 
-use boresight::calibrate::pool::config::Variant;
-use boresight::calibrate::pool::sequential::{Normals, angle_vector_rad};
 use boresight::geometry::rotation;
+use boresight::procedures::pool::config::Variant;
+use boresight::procedures::pool::sequential::{Normals, angle_vector_rad};
 use nalgebra::Vector3;
 
 const HALF: f64 = std::f64::consts::FRAC_1_SQRT_2;

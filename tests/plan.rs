@@ -6,7 +6,7 @@ use boresight::budget::plan::{Plan, PlanRequest, plan, worth};
 use boresight::budget::planned::planned;
 use boresight::budget::sweep;
 use boresight::budget::trial::{Configuration, trial};
-use boresight::calibrate::pool::JointConfig;
+use boresight::procedures::pool::JointConfig;
 use boresight::results::{PlanCriterion, PlanResult};
 use boresight::simulate::Scenario;
 

@@ -1,15 +1,15 @@
 //! The pool calibration in memory, on simulated surveys: honesty of the reported uncertainty, and what must be refused.
 
-use boresight::calibrate::pool::joint::JointOutcome;
-use boresight::calibrate::pool::sequential::SequentialError;
-use boresight::calibrate::pool::ties::TieSet;
-use boresight::calibrate::pool::verdict::Refusal;
-use boresight::calibrate::pool::{
-    JointConfig, Method, PoolInput, Scene, SequentialConfig, calibrate, calibrate_with_true_ties,
-};
 use boresight::geometry::ellipsoid::TargetPose;
 use boresight::geometry::rotation;
 use boresight::observe::{Campaign, LaserScan};
+use boresight::procedures::pool::joint::JointOutcome;
+use boresight::procedures::pool::sequential::SequentialError;
+use boresight::procedures::pool::ties::TieSet;
+use boresight::procedures::pool::verdict::Refusal;
+use boresight::procedures::pool::{
+    JointConfig, Method, PoolInput, Scene, SequentialConfig, calibrate, calibrate_with_true_ties,
+};
 use boresight::simulate::{Scenario, Simulated, Sources, simulate};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;

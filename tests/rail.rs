@@ -2,17 +2,17 @@
 //! what is refused.
 
 use boresight::adjust::{ChainState, Estimate, check_derivatives};
-use boresight::calibrate::pool::Method;
-use boresight::calibrate::rail::conditions::{AttitudeConditions, PointConditions, Tie, recorded};
-use boresight::calibrate::rail::model::{Turned, chain, parameters};
-use boresight::calibrate::rail::reference::SweepStep;
-use boresight::calibrate::rail::trial::{RailTrial, corrections_from, trial};
-use boresight::calibrate::rail::{
-    RailInput, RailJointConfig, RailOutcome, RailReferenceConfig, RailScene, calibrate,
-};
 use boresight::observe::{Mounting, RailCampaign};
-use boresight::simulate::rail::{
+use boresight::procedures::pool::Method;
+use boresight::procedures::rail::conditions::{AttitudeConditions, PointConditions, Tie, recorded};
+use boresight::procedures::rail::model::{Turned, chain, parameters};
+use boresight::procedures::rail::reference::SweepStep;
+use boresight::procedures::rail::simulate::{
     DEMO, RailScenario, RailSource, RailSources, SimulatedRail, simulate,
+};
+use boresight::procedures::rail::trial::{RailTrial, corrections_from, trial};
+use boresight::procedures::rail::{
+    RailInput, RailJointConfig, RailOutcome, RailReferenceConfig, RailScene, calibrate,
 };
 use boresight::target::RailProfile;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
@@ -347,7 +347,7 @@ fn a_straight_line_alone_is_refused() {
     let flank = rail.line_region[1];
     let scene = RailScene::new(&survey.campaign, &rail);
     let (x, blocks) = parameters(&scene, &survey.reality.mountings).expect("unknowns");
-    let on_flank = |placed: &&boresight::calibrate::rail::scene::Placed| {
+    let on_flank = |placed: &&boresight::procedures::rail::scene::Placed| {
         let row = placed.row as usize;
         let m = &survey.reality.mountings[survey.campaign.points.profiler[row] as usize];
         let at = Turned::at(&scene, &blocks, &x, None, placed.position as usize);

@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use boresight::procedures;
+use boresight::procedures::{rail::survey as rail, usbl::survey as usbl};
 use boresight::simulate::{self, Sources, simulate};
-use boresight::survey::{Procedure, procedure_of, rail, scenario, usbl, write_survey};
+use boresight::survey::{Procedure, procedure_of, scenario, write_survey};
 use boresight::target::{Target, TargetModel};
 
 fn files(folder: &str) -> Vec<PathBuf> {
@@ -48,7 +50,7 @@ fn every_usbl_scenario_has_fixes_of_every_beacon() {
     assert!(files.len() >= 2);
     for path in files {
         let file = usbl::scenario::read(&path).unwrap_or_else(|e| panic!("{e}"));
-        let survey = simulate::usbl::simulate(&file.scenario, 1).expect("a survey");
+        let survey = procedures::usbl::simulate::simulate(&file.scenario, 1).expect("a survey");
         let campaign = &survey.campaign;
         let expected = campaign.beacons.len() * file.scenario.fixes.per_beacon as usize;
         assert_eq!(campaign.fixes.beacon.len(), expected, "{}", path.display());
@@ -61,7 +63,8 @@ fn every_rail_scenario_has_points_of_every_profiler() {
     assert!(files.len() >= 2);
     for path in files {
         let file = rail::read_scenario(&path).unwrap_or_else(|e| panic!("{e}"));
-        let survey = simulate::rail::simulate(&file.scenario, &file.rail, 1).expect("a survey");
+        let survey =
+            procedures::rail::simulate::simulate(&file.scenario, &file.rail, 1).expect("a survey");
         let campaign = &survey.campaign;
         for profiler in 0..campaign.profilers.len() {
             let mine = campaign.points.profiler.iter();

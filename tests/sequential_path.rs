@@ -1,13 +1,13 @@
 //! The reference path on exact soundings of a small forward model: a wall, two columns of inclined faces, block tops.
 
-use boresight::calibrate::pool::SequentialConfig;
-use boresight::calibrate::pool::config::Variant;
-use boresight::calibrate::pool::sequential::{
+use boresight::geometry::{PlaneFit, plane, rotation};
+use boresight::observe::Mounting;
+use boresight::procedures::pool::SequentialConfig;
+use boresight::procedures::pool::config::Variant;
+use boresight::procedures::pool::sequential::{
     Axis, End, FaceSoundings, HorizontalReturns, HorizontalSoundings, Outcome, RoleSoundings,
     ScannerPlanes, SequentialError, offset_m, run,
 };
-use boresight::geometry::{PlaneFit, plane, rotation};
-use boresight::observe::Mounting;
 use boresight::results::Status;
 use nalgebra::{Matrix3, Vector3};
 

@@ -5,16 +5,18 @@ use boresight::adjust::{
     Block, ChainModel, ChainState, Component, Estimate, ParameterSet, Process, ProcessKind, Unit,
     check_derivatives,
 };
-use boresight::calibrate::pool::Method;
-use boresight::calibrate::usbl::conditions::{Blocks, FixConditions};
-use boresight::calibrate::usbl::joint::SOUGHT;
-use boresight::calibrate::usbl::{
-    JointConfig, Layout, ReferenceConfig, Refusal, Scene, UsblInput, UsblOutcome, calibrate,
-};
 use boresight::geometry::rotation;
 use boresight::observe::usbl::{AngleModel, Role, UsblCampaign};
-use boresight::simulate::usbl::scenario::{OneBeacon, Recorded};
-use boresight::simulate::usbl::{Scenario, Simulated, Source, Sources, simulate, simulate_with};
+use boresight::procedures::pool::Method;
+use boresight::procedures::usbl::conditions::{Blocks, FixConditions};
+use boresight::procedures::usbl::joint::SOUGHT;
+use boresight::procedures::usbl::simulate::scenario::{OneBeacon, Recorded};
+use boresight::procedures::usbl::simulate::{
+    Scenario, Simulated, Source, Sources, simulate, simulate_with,
+};
+use boresight::procedures::usbl::{
+    JointConfig, Layout, ReferenceConfig, Refusal, Scene, UsblInput, UsblOutcome, calibrate,
+};
 use nalgebra::Vector3;
 
 const THIN: &str = include_str!("../models/scenarios/usbl-thin.toml");
@@ -292,7 +294,7 @@ fn layouts_that_leave_something_open_are_named() {
     assert!(layout.is_line() && layout.in_words().contains("nearly on one line"));
     let joint = outcome.joint.as_ref().expect("a joint outcome");
     let rests =
-        boresight::calibrate::usbl::verdict::rests_on_survey(joint, &JointConfig::default());
+        boresight::procedures::usbl::verdict::rests_on_survey(joint, &JointConfig::default());
     assert!(
         rests.iter().any(|words| words.starts_with("pitch rests")),
         "{rests:?}"

@@ -1,6 +1,6 @@
 //! The error budget by propagation: bias and covariance of the six parameters from every source, by both paths, without a trial.
 //!
-//! The scenario is simulated once without any error, both paths are linearised on it ([`crate::calibrate::pool::influence`]), and
+//! The scenario is simulated once without any error, both paths are linearised on it ([`crate::procedures::pool::influence`]), and
 //! each source is propagated ([`super::influence`]). What happens comes from the scenario (values, sigmas, the factors of its
 //! `[sources]`), how observations weigh from what the survey claims. `docs/error-budget-theory.md` has the equations, what is not
 //! predicted, and how well it agrees with Monte Carlo.
@@ -10,12 +10,12 @@ use thiserror::Error;
 
 use super::propagate::Budget;
 use crate::adjust::AdjustError;
-use crate::calibrate::pool::config::{JointConfig, Planes, SequentialConfig};
-use crate::calibrate::pool::influence::{self, difference};
-use crate::calibrate::pool::joint;
-use crate::calibrate::pool::sequential::SequentialError;
-use crate::calibrate::pool::{Method, PoolError, PoolInput, PoolOutcome, calibrate};
 use crate::observe::Mounting;
+use crate::procedures::pool::config::{JointConfig, Planes, SequentialConfig};
+use crate::procedures::pool::influence::{self, difference};
+use crate::procedures::pool::joint;
+use crate::procedures::pool::sequential::SequentialError;
+use crate::procedures::pool::{Method, PoolError, PoolInput, PoolOutcome, calibrate};
 use crate::simulate::{Scenario, SimulateError, Source, Sources, simulate};
 
 /// What one source does to pitch, roll, yaw (rad), lx, ly, lz (m).

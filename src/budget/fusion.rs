@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, Matrix6};
 
-use crate::calibrate::pool::joint::Information;
+use crate::procedures::pool::joint::Information;
 
 /// Nobody expects a mounting to be wrong by more: radians and metres. Keeps a covariance finite where nothing is determined.
 const VAGUE: (f64, f64) = (0.35, 3.0);

@@ -1,16 +1,13 @@
 //! From an error source to bias and covariance of the six parameters, through the pulls of one path.
 //!
 //! Every source moves the points along the normals of their faces by `eps = (d eps / d source) source`; the pulls
-//! ([`crate::calibrate::pool::influence`]) turn that into parameters: `dm = sum_k c_k eps_k`. What remains is statistics, linear in
+//! ([`crate::procedures::pool::influence`]) turn that into parameters: `dm = sum_k c_k eps_k`. What remains is statistics, linear in
 //! the number of observations: independent noise adds squares, errors of a trajectory record are gathered over both sensors first,
 //! a Gauss-Markov process is summed by the recursion that generates it, and a constant moves along one direction.
 
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector2, Vector3, Vector6};
 
 use super::records::Records;
-use crate::calibrate::pool::Scene;
-use crate::calibrate::pool::influence::{Pull, Pulls};
-use crate::calibrate::pool::ties::return_gain;
 use crate::geometry::rotation;
 use crate::georef::refraction::{Launch, Water};
 use crate::georef::{NormalPartials, along_normal};
@@ -18,6 +15,9 @@ use crate::observe::{
     LaserNoise, Mounting, PoseSample, PositionInterpolation, SoundSpeed, SoundSpeedProfile,
     SoundingRange,
 };
+use crate::procedures::pool::Scene;
+use crate::procedures::pool::influence::{Pull, Pulls};
+use crate::procedures::pool::ties::return_gain;
 
 /// Where an observation's point lies and how it moves along the normal of its face.
 #[derive(Clone, Copy, Debug)]

@@ -6,8 +6,8 @@ use thiserror::Error;
 
 use super::fusion::Fusion;
 use crate::adjust::AdjustError;
-use crate::calibrate::pool::joint::Information;
-use crate::calibrate::pool::{DesignedPass, JointConfig, PoolError};
+use crate::procedures::pool::joint::Information;
+use crate::procedures::pool::{DesignedPass, JointConfig, PoolError};
 use crate::simulate::scenario::{Disturbance, Pass};
 use crate::simulate::{Scenario, SimulateError, Sources, simulate};
 

@@ -10,8 +10,8 @@ use nalgebra::Matrix6;
 
 use super::fusion::{Fusion, sigmas};
 use super::passes::{PassError, Timed, information_of_all, own_passes};
-use crate::calibrate::pool::JointConfig;
-use crate::calibrate::pool::joint::Information;
+use crate::procedures::pool::JointConfig;
+use crate::procedures::pool::joint::Information;
 use crate::results::PlanCriterion;
 use crate::simulate::Scenario;
 use crate::simulate::scenario::Pass;

@@ -8,7 +8,7 @@ use super::passes::{PassError, predicted};
 use super::plan::{Candidate, Plan, PlanRequest, name, plan};
 use super::summary::plain;
 use super::sweep::Point;
-use crate::calibrate::pool::JointConfig;
+use crate::procedures::pool::JointConfig;
 use crate::results::{
     PLAN_FORMAT_VERSION, PlanCandidate, PlanResult, PlanStep, PlanVariation, PlanVariations,
     PlannedPass, SixFigures, Software,

@@ -7,7 +7,7 @@ use nalgebra::{Matrix6, Vector6};
 use super::analytic::{Analytic, PathBudget, Prediction};
 use super::sources::{about, acting};
 use super::statistics::{efficiency, six_values, variance_ratio_interval};
-use crate::calibrate::pool::joint::SIX;
+use crate::procedures::pool::joint::SIX;
 use crate::results::{
     self, Agreement, BudgetPath, BudgetResult, Origin, PathStatistics, SixFigures, SourceShare,
 };

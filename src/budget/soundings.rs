@@ -10,8 +10,8 @@ use super::ledger::LedgerError;
 use super::passes::predicted;
 use super::swath::{BeamUncertainty, ORDERS, SwathSensors, Uncertainty, swath};
 use super::trial::Trial;
-use crate::calibrate::pool::JointConfig;
 use crate::observe::{SonarNoise, TrajectoryNoise};
+use crate::procedures::pool::JointConfig;
 use crate::results::{
     BudgetPath, CovarianceOrigin, OrderLimit, PathSwath, SwathBeam, SwathDepth, SwathLimits,
     SwathResult, Uncertainty95,

@@ -10,8 +10,8 @@ use super::sources::{about, acting, size};
 use super::statistics::{CONFIDENCE, Moments, Statistics, deviation_interval, six_values};
 use super::sweep::Setting;
 use super::trial::Configuration;
-use crate::calibrate::pool::SequentialConfig;
-use crate::calibrate::pool::config::Variant;
+use crate::procedures::pool::SequentialConfig;
+use crate::procedures::pool::config::Variant;
 use crate::results::{
     BUDGET_FORMAT_VERSION, BudgetPath, BudgetResult, Origin, PathBudget, PathStatistics,
     SixFigures, SixValues, Software, SourceDescription, SourceShare, Sweep, SweepPoint, SweepValue,

@@ -3,15 +3,15 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use crate::adjust::BlockId;
-use crate::calibrate::pool::config::Variant;
-use crate::calibrate::pool::joint::JointOutcome;
-use crate::calibrate::pool::sequential::{Outcome, SequentialError};
-use crate::calibrate::pool::{
+use crate::geometry::rotation;
+use crate::observe::Mounting;
+use crate::procedures::pool::config::Variant;
+use crate::procedures::pool::joint::JointOutcome;
+use crate::procedures::pool::sequential::{Outcome, SequentialError};
+use crate::procedures::pool::{
     JointConfig, Method, PoolInput, PoolOutcome, SequentialConfig, calibrate_with,
     calibrate_with_true_ties,
 };
-use crate::geometry::rotation;
-use crate::observe::Mounting;
 use crate::results::Status;
 use crate::simulate::{Scenario, Truth, simulate};
 

@@ -2,7 +2,4 @@
 
 pub mod choices;
 pub mod metric;
-pub mod pool;
 pub mod quality;
-pub mod rail;
-pub mod usbl;

@@ -11,7 +11,7 @@ use super::calibrate::{input, notes};
 use super::error::CliError;
 use super::talk::Talk;
 use crate::calibrate::choices::Method;
-use crate::calibrate::pool::preview::{PassSpan, Predicted, Preview, preview};
+use crate::procedures::pool::preview::{PassSpan, Predicted, Preview, preview};
 use crate::report::text::ruled_table;
 use crate::survey::clock::Span;
 use crate::survey::{self, LoadedSurvey};

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use crate::budget::ledger::LedgerError;
 use crate::budget::passes::PassError;
 use crate::budget::sweep::SweepError;
-use crate::calibrate::pool::PoolError;
-use crate::calibrate::usbl::UsblError;
 use crate::formats::FormatError;
 use crate::geometry::utm::UtmError;
+use crate::procedures::pool::PoolError;
+use crate::procedures::usbl::UsblError;
 use crate::report::ReportError;
 use crate::simulate::SimulateError;
 use crate::survey::{ScenarioError, SurveyError};
@@ -27,7 +27,7 @@ pub enum CliError {
     Simulate(#[from] SimulateError),
     /// A rail scenario that cannot be simulated.
     #[error(transparent)]
-    SimulateRail(#[from] crate::simulate::rail::RailScenarioError),
+    SimulateRail(#[from] crate::procedures::rail::simulate::RailScenarioError),
     /// A file could not be read or written.
     #[error(transparent)]
     Format(#[from] FormatError),

@@ -14,14 +14,17 @@ use super::named_budget;
 use super::talk::Talk;
 use crate::budget::named::rail::RailTrials;
 use crate::calibrate::choices::Method;
-use crate::calibrate::rail::{self, RailInput, RailScene, summary, verdict};
 use crate::observe::Mounting;
+use crate::procedures::rail::simulate::truth::ProfilerTruth;
+use crate::procedures::rail::simulate::{DEMO, RailTruth, SimulatedRail, simulate as simulated};
+use crate::procedures::rail::survey::scenario::parse_scenario;
+use crate::procedures::rail::survey::{
+    LoadedRail, RailScenarioFile, load, read_scenario, write_rail,
+};
+use crate::procedures::rail::{self, RailInput, RailScene, summary, verdict};
 use crate::report;
 use crate::report::text::ruled_table;
 use crate::results::{RailResult, RailSamples};
-use crate::simulate::rail::truth::ProfilerTruth;
-use crate::simulate::rail::{DEMO, RailTruth, SimulatedRail, simulate as simulated};
-use crate::survey::rail::{LoadedRail, RailScenarioFile, load, read_scenario, write_rail};
 use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
 
 /// `boresight calibrate`.
@@ -155,7 +158,7 @@ fn written(
 pub fn demo(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let folder = args.out.join("survey");
     let name = Path::new("rail.toml");
-    let file = crate::survey::rail::scenario::parse_scenario(name, DEMO, Path::new(""))?;
+    let file = parse_scenario(name, DEMO, Path::new(""))?;
     let simulated = written(&file, args.seed, &folder, talk)?;
     talk.step("reading the survey");
     let survey = load(&folder.join(SURVEY_FILE))?;

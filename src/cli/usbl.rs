@@ -15,14 +15,14 @@ use super::named_budget;
 use super::talk::Talk;
 use crate::budget::named::usbl::UsblTrials;
 use crate::calibrate::choices::Method;
-use crate::calibrate::usbl::{self, Layout, Scene, UsblInput, summary};
 use crate::geometry::rotation;
 use crate::observe::usbl::Role;
+use crate::procedures::usbl::simulate::{DEMO, Simulated, Truth, simulate as simulated};
+use crate::procedures::usbl::survey::{LoadedUsbl, UsblScenarioFile, load, scenario, write_survey};
+use crate::procedures::usbl::{self, Layout, Scene, UsblInput, summary};
 use crate::report;
 use crate::report::text::ruled_table;
 use crate::results::{Angles, UsblResult, UsblSamples, UsblTruth};
-use crate::simulate::usbl::{DEMO, Simulated, Truth, simulate as simulated};
-use crate::survey::usbl::{LoadedUsbl, UsblScenarioFile, load, scenario, write_survey};
 use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
 
 /// `boresight calibrate`.

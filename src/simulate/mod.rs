@@ -17,7 +17,6 @@ pub mod fan;
 mod ins;
 mod laser;
 pub mod motion;
-pub mod rail;
 pub mod reality;
 mod refraction;
 pub mod scenario;
@@ -27,7 +26,6 @@ pub mod sources;
 mod spoil;
 pub mod switches;
 pub mod truth;
-pub mod usbl;
 
 pub use reality::Reality;
 pub use scenario::Scenario;

@@ -69,14 +69,14 @@ impl<S: Sourced> Factors<S> {
 const WORDS_PER_ROW: u128 = 1 << 18;
 
 /// The random numbers of one source.
-pub(super) struct Draws {
+pub(crate) struct Draws {
     generator: ChaCha8Rng,
     factor: f64,
 }
 
 impl Draws {
     /// The stream of `source` under `seed`, scaled by the source's factor.
-    pub(super) fn new<S: Sourced>(seed: u64, source: S, factors: &Factors<S>) -> Self {
+    pub(crate) fn new<S: Sourced>(seed: u64, source: S, factors: &Factors<S>) -> Self {
         Self {
             generator: stream(seed, source.stream()),
             factor: factors.factor(source),
@@ -84,23 +84,23 @@ impl Draws {
     }
 
     /// Goes to the beginning of a row.
-    pub(super) fn seek(&mut self, row: u64) {
+    pub(crate) fn seek(&mut self, row: u64) {
         self.generator.set_word_pos(u128::from(row) * WORDS_PER_ROW);
     }
 
     /// The source's factor.
-    pub(super) fn factor(&self) -> f64 {
+    pub(crate) fn factor(&self) -> f64 {
         self.factor
     }
 
     /// A normal error with this standard deviation, scaled by the source's factor.
-    pub(super) fn normal(&mut self, sigma: f64) -> f64 {
+    pub(crate) fn normal(&mut self, sigma: f64) -> f64 {
         let unit: f64 = StandardNormal.sample(&mut self.generator);
         unit * sigma * self.factor
     }
 
     /// A uniform number in [0, 1), not scaled.
-    pub(super) fn uniform(&mut self) -> f64 {
+    pub(crate) fn uniform(&mut self) -> f64 {
         StandardUniform.sample(&mut self.generator)
     }
 }

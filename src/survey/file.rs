@@ -3,12 +3,12 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::calibrate::pool::{JointConfig, SequentialConfig};
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::{Ellipsoid, Geodetic};
 use crate::observe::{
     LaserCoordinates, LaserNoise, Mounting, MountingSigma, Outside, SonarNoise, TrajectoryNoise,
 };
+use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::units::radians;
 
 /// A survey file. Written as JSON or TOML again it shows every value as it took effect.

@@ -34,7 +34,7 @@ const GATE: Limits = limits(
 const PARAMETERS: &[&str] = &["pitch", "roll", "yaw", "lx", "ly", "lz"];
 
 /// Procedures that are designed; only the first is built.
-pub(super) const PROCEDURES: &[&str] = &["pool", "usbl", "rail", "seabed"];
+pub(crate) const PROCEDURES: &[&str] = &["pool", "usbl", "rail", "seabed"];
 
 const ORIGIN: &[Key] = &[
     required("latitude_deg", Kind::Number(LATITUDE)),
@@ -152,13 +152,13 @@ const JOINT: &[Key] = &[
 ];
 
 /// What a scenario file says of the calibration.
-pub(super) const CALIBRATION: &[Key] = &[
+pub(crate) const CALIBRATION: &[Key] = &[
     optional("sequential", Kind::Table(SEQUENTIAL)),
     optional("joint", Kind::Table(JOINT)),
 ];
 
 /// A pool survey file.
-pub(super) const SURVEY: &[Key] = &[
+pub(crate) const SURVEY: &[Key] = &[
     required("name", Kind::Text),
     required("procedure", Kind::OneOf(PROCEDURES)),
     required("target", Kind::Table(TARGET)),
@@ -173,7 +173,7 @@ pub(super) const SURVEY: &[Key] = &[
 const TARGET_KIND: Key = required("kind", Kind::OneOf(&["pool-wall", "faces"]));
 
 /// A target file with `kind = "pool-wall"`.
-pub(super) const WALL: &[Key] = &[
+pub(crate) const WALL: &[Key] = &[
     TARGET_KIND,
     required("wall_length_m", Kind::Number(LENGTH)),
     required("wall_height_m", Kind::Number(LENGTH)),
@@ -197,7 +197,7 @@ const FACE: &[Key] = &[
 ];
 
 /// A target file with `kind = "faces"`.
-pub(super) const FACES: &[Key] = &[TARGET_KIND, required("face", Kind::Tables(FACE))];
+pub(crate) const FACES: &[Key] = &[TARGET_KIND, required("face", Kind::Tables(FACE))];
 
 /// A target file of no known kind.
-pub(super) const NO_KIND: &[Key] = &[TARGET_KIND];
+pub(crate) const NO_KIND: &[Key] = &[TARGET_KIND];

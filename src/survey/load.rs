@@ -113,7 +113,7 @@ pub fn parse_target(path: &Path, text: &str) -> Result<(TargetModel, Target), Su
 }
 
 /// The checked text as its type; what the tables of keys let through and serde does not is a problem without a key.
-pub(super) fn typed<T: serde::de::DeserializeOwned>(
+pub(crate) fn typed<T: serde::de::DeserializeOwned>(
     path: &Path,
     text: &str,
 ) -> Result<T, SurveyError> {
@@ -129,7 +129,7 @@ pub(super) fn typed<T: serde::de::DeserializeOwned>(
     })
 }
 
-pub(super) fn read_text(path: &Path) -> Result<String, SurveyError> {
+pub(crate) fn read_text(path: &Path) -> Result<String, SurveyError> {
     open(path)?;
     let bytes = std::fs::read(path).map_err(|e| FormatError::unreadable(path, &e))?;
     if bytes.iter().all(u8::is_ascii_whitespace) {
@@ -215,7 +215,7 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
 }
 
 /// The value, or its problems on the list.
-pub(super) fn keep<T>(problems: &mut Vec<Problem>, result: Result<T, SurveyError>) -> Option<T> {
+pub(crate) fn keep<T>(problems: &mut Vec<Problem>, result: Result<T, SurveyError>) -> Option<T> {
     result.map_err(|error| problems.extend(error.problems)).ok()
 }
 

@@ -10,15 +10,13 @@ pub mod clock;
 pub mod document;
 pub mod file;
 mod keys;
-mod load;
+pub(crate) mod load;
 mod observations;
 pub mod problem;
 mod procedure;
-pub mod rail;
-mod rules;
+pub(crate) mod rules;
 pub mod scenario;
 pub mod schema;
-pub mod usbl;
 pub mod write;
 
 pub use file::SurveyFile;

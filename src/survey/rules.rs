@@ -8,7 +8,7 @@ use super::problem::Problem;
 use super::schema::{self, Key};
 
 /// Every fault of a survey file's text; where `folder` is given, also of the paths in it.
-pub(super) fn survey_problems(document: &Document<'_>, folder: Option<&Path>) -> Vec<Problem> {
+pub(crate) fn survey_problems(document: &Document<'_>, folder: Option<&Path>) -> Vec<Problem> {
     if let Some(problem) = other_procedure(document) {
         return vec![problem];
     }
@@ -100,7 +100,7 @@ fn sound_speed_problems(document: &Document<'_>) -> Vec<Problem> {
 }
 
 /// Keys whose paths do not lead to a file.
-pub(super) fn missing_files(
+pub(crate) fn missing_files(
     document: &Document<'_>,
     folder: &Path,
     keys: &[[&str; 2]],
@@ -125,7 +125,7 @@ pub(super) fn missing_files(
 }
 
 /// Every fault of a target file's text.
-pub(super) fn target_problems(document: &Document<'_>) -> Vec<Problem> {
+pub(crate) fn target_problems(document: &Document<'_>) -> Vec<Problem> {
     let keys: &[Key] = match document.string(&["kind"]) {
         Some("pool-wall") => keys::WALL,
         Some("faces") => keys::FACES,

@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 use super::document::Document;
 use super::procedure::OF_SCENARIO;
 use super::{keys, schema};
-use crate::calibrate::pool::{JointConfig, SequentialConfig};
+use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
 use crate::simulate::scenario::complaint;
 
@@ -385,7 +385,7 @@ mod tests {
         let found = file.calibration(Path::new("s.toml")).expect("sections");
         assert_eq!(
             found.joint.drift,
-            crate::calibrate::pool::config::Drift::Off
+            crate::procedures::pool::config::Drift::Off
         );
         assert_eq!(found.sequential, SequentialConfig::default());
     }

@@ -1,10 +1,10 @@
 //! A rail scenario's trials.
 
 use super::{Acting, JointSaid, NamedTrial, Tried, word};
-use crate::calibrate::rail::trial::{RailTrial, trial_with};
-use crate::calibrate::rail::{RailJointConfig, RailReferenceConfig};
+use crate::procedures::rail::simulate::{RailScenario, RailScenarioError, RailSource, RailSources};
+use crate::procedures::rail::trial::{RailTrial, trial_with};
+use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
 use crate::results::{NamedParameter, NamedSource};
-use crate::simulate::rail::{RailScenario, RailScenarioError, RailSource, RailSources};
 use crate::target::RailProfile;
 
 /// A rail scenario and how it is calibrated.

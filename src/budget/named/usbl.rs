@@ -5,11 +5,11 @@ use nalgebra::Matrix3;
 use super::{Acting, JointSaid, NamedTrial, Tried, word};
 use crate::calibrate::choices::Method;
 use crate::calibrate::quality::readable;
-use crate::calibrate::usbl::joint::{JointOutcome, sought};
-use crate::calibrate::usbl::{JointConfig, ReferenceConfig, UsblInput, UsblOutcome, calibrate};
 use crate::geometry::rotation;
+use crate::procedures::usbl::joint::{JointOutcome, sought};
+use crate::procedures::usbl::simulate::{Scenario, Source, Sources, Truth, simulate_with};
+use crate::procedures::usbl::{JointConfig, ReferenceConfig, UsblInput, UsblOutcome, calibrate};
 use crate::results::{NamedParameter, NamedSource};
-use crate::simulate::usbl::{Scenario, Source, Sources, Truth, simulate_with};
 
 /// A USBL scenario and how it is calibrated.
 #[derive(Clone, Debug, PartialEq)]

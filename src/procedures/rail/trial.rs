@@ -7,7 +7,7 @@ use super::model::{SOUGHT, SOUGHT_NAMES};
 use super::run::{RailInput, calibrate};
 use crate::calibrate::choices::Method;
 use crate::observe::{Mounting, Profiler};
-use crate::simulate::rail::{RailScenario, RailScenarioError, RailSources, simulate};
+use crate::procedures::rail::simulate::{RailScenario, RailScenarioError, RailSources, simulate};
 use crate::target::RailProfile;
 
 /// What one seed gave.

@@ -22,7 +22,7 @@ use crate::simulate::switches::Draws;
 use crate::units::degrees;
 
 /// The scenario of `boresight demo usbl`.
-pub const DEMO: &str = include_str!("../../../models/scenarios/usbl.toml");
+pub const DEMO: &str = include_str!("../../../../models/scenarios/usbl.toml");
 /// Time of the first fix, seconds.
 pub const START_S: f64 = 1000.0;
 /// Longest interval of attitude that is interpolated, in records.

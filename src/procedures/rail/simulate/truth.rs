@@ -3,11 +3,11 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::super::switches::Draws;
 use super::scenario::{Angles, RailScenario, Turn};
 use super::sources::RailSource;
 use crate::geometry::rotation;
 use crate::observe::{Mounting, Profiler};
+use crate::simulate::switches::Draws;
 use crate::target::RailProfile;
 
 /// The true state of everything.

@@ -17,8 +17,10 @@ pub mod config;
 pub mod joint;
 pub mod reference;
 pub mod scene;
+pub mod simulate;
 pub mod start;
 pub mod summary;
+pub mod survey;
 pub mod verdict;
 pub mod verify;
 

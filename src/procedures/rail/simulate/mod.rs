@@ -15,18 +15,18 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 use thiserror::Error;
 
-use super::switches::Draws;
 use crate::geometry::rotation;
 use crate::observe::{
     AttitudeNoise, AttitudeRecord, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord,
 };
+use crate::simulate::switches::Draws;
 use crate::target::RailProfile;
 use cast::Body;
 use scenario::{Angles, ProfilerSection};
 use sources::happens;
 
 /// The scenario of `boresight demo rail`.
-pub const DEMO: &str = include_str!("../../../models/scenarios/rail.toml");
+pub const DEMO: &str = include_str!("../../../../models/scenarios/rail.toml");
 
 /// Time at which the table rests for the first time, seconds.
 const START_S: f64 = 100.0;

@@ -3,12 +3,12 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{ReferenceError, SweepStep};
-use crate::calibrate::rail::config::RailReferenceConfig;
-use crate::calibrate::rail::icp::{self, Cloud, Rigid};
-use crate::calibrate::rail::scene::{Position, RailScene};
 use crate::geometry::curve::Element;
 use crate::geometry::{fit2d, hausdorff, rotation};
 use crate::observe::Mounting;
+use crate::procedures::rail::config::RailReferenceConfig;
+use crate::procedures::rail::icp::{self, Cloud, Rigid};
+use crate::procedures::rail::scene::{Position, RailScene};
 use crate::units::wrap_angle;
 
 /// Fine transforms in a row at each position.

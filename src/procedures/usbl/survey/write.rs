@@ -20,9 +20,9 @@ use crate::geometry::ellipsoid::ecef_from_level;
 use crate::geometry::{Geodetic, Point};
 use crate::observe::usbl::{ControlPoint, Role};
 use crate::observe::{AttitudeRecord, SoundSpeed};
+use crate::procedures::usbl::simulate::scenario::{Coordinates, Recorded};
+use crate::procedures::usbl::simulate::{Scenario, Simulated};
 use crate::simulate::scenario::Angles;
-use crate::simulate::usbl::scenario::{Coordinates, Recorded};
-use crate::simulate::usbl::{Scenario, Simulated};
 use crate::survey::file::{MountingAngles, OutsideRule};
 use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
 

@@ -3,8 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::calibrate::rail::{RailJointConfig, RailReferenceConfig};
 use crate::observe::{AttitudeNoise, Profiler, Stand};
+use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
 use crate::survey::file::MountingAngles;
 use crate::units::radians;
 

@@ -6,8 +6,8 @@ use serde::Deserialize;
 
 use super::keys;
 use super::load::{parse_model, same_names};
-use crate::calibrate::rail::{RailJointConfig, RailReferenceConfig};
-use crate::simulate::rail::RailScenario;
+use crate::procedures::rail::simulate::RailScenario;
+use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
 use crate::survey::document::Document;
 use crate::survey::load::{read_text, typed};
 use crate::survey::problem::{Problem, SurveyError, none_of};

@@ -8,8 +8,8 @@ use super::file::{AttitudeSection, ProfilerSection, ProfilesSection, RailSection
 use super::scenario::RailScenarioFile;
 use crate::formats::whole::write_whole;
 use crate::formats::{FormatError, attitude_csv, rail_csv};
-use crate::simulate::rail::SimulatedRail;
-use crate::simulate::rail::scenario::{Angles, RailScenario};
+use crate::procedures::rail::simulate::SimulatedRail;
+use crate::procedures::rail::simulate::scenario::{Angles, RailScenario};
 use crate::survey::file::MountingAngles;
 use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
 
@@ -112,7 +112,7 @@ fn table(s: &RailScenario) -> TableSection {
 }
 
 fn profilers(s: &RailScenario) -> Vec<ProfilerSection> {
-    let one = |p: &crate::simulate::rail::scenario::ProfilerSection| ProfilerSection {
+    let one = |p: &crate::procedures::rail::simulate::scenario::ProfilerSection| ProfilerSection {
         name: p.name.clone(),
         lever_arm_m: p.lever_arm_m,
         mounting_deg: angles(&p.mounting_deg),

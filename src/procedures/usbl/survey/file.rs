@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibrate::usbl::{JointConfig, ReferenceConfig};
 use crate::geometry::Ellipsoid;
 use crate::observe::usbl::{AngleModel, AttitudeNoise, DatumSigma, FixNoise};
+use crate::procedures::usbl::{JointConfig, ReferenceConfig};
 use crate::survey::file::{MountingAngles, OutsideRule};
 use crate::units::radians;
 

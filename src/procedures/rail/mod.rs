@@ -22,7 +22,9 @@ pub mod model;
 pub mod reference;
 pub mod run;
 pub mod scene;
+pub mod simulate;
 pub mod summary;
+pub mod survey;
 pub mod trial;
 pub mod verdict;
 

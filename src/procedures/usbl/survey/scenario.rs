@@ -7,9 +7,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use super::keys;
-use crate::calibrate::usbl::{JointConfig, ReferenceConfig};
+use crate::procedures::usbl::simulate::Scenario;
+use crate::procedures::usbl::{JointConfig, ReferenceConfig};
 use crate::simulate::scenario::complaint;
-use crate::simulate::usbl::Scenario;
 use crate::survey::ScenarioError;
 use crate::survey::document::Document;
 use crate::survey::schema;
