@@ -18,7 +18,10 @@ const FRAMES: [&str; 4] = ["sensor", "target", "geocentric", "utm"];
 /// A survey whose boat came from behind the wall: the first records see every face from the wrong side.
 fn simulated(folder: &Path) -> Simulated {
     let mut file = scenario::from_text(Path::new("demo.toml"), DEMO).expect("the demo");
-    (file.scenario.multibeam.beams, file.scenario.lidar.points_per_line) = (64, 100);
+    (
+        file.scenario.multibeam.beams,
+        file.scenario.lidar.points_per_line,
+    ) = (48, 40);
     file.lidar = "lidar.csv".to_owned();
     let mut survey = simulate(&file.scenario, 1).expect("a survey");
     came_from_behind(&mut survey);

@@ -323,7 +323,10 @@ fn no_reader_of_the_table_takes_what_is_no_file_of_its_own() {
                     let error = reader.probe(&path);
                     let error = error.expect_err(&format!("{} took {what}", format.name));
                     assert_eq!(error.file, path, "{error}");
-                    assert!(!error.found.is_empty() && !error.expected.is_empty(), "{error}");
+                    assert!(
+                        !error.found.is_empty() && !error.expected.is_empty(),
+                        "{error}"
+                    );
                 }
             }
         }
@@ -354,7 +357,10 @@ fn a_stream_and_an_extension_lead_to_one_format() {
                 .readers
                 .iter()
                 .any(|a| other.readers.iter().any(|b| a.stream() == b.stream()));
-            let same_end = format.extensions.iter().any(|e| other.extensions.contains(e));
+            let same_end = format
+                .extensions
+                .iter()
+                .any(|e| other.extensions.contains(e));
             let both = format!("{} and {}", format.name, other.name);
             assert!(!(same_stream && same_end), "{both}");
         }
@@ -365,19 +371,19 @@ fn a_stream_and_an_extension_lead_to_one_format() {
 fn an_unknown_extension_is_told_by_the_content_or_answered_with_the_table() {
     let folder = tempfile::tempdir().expect("folder");
     let cloud = folder.path().join("cloud.laz");
-    let scan = boresight::observe::LaserScan {
+    let scan = LaserScan {
         time_s: vec![1.0],
         x_m: vec![2.0],
         y_m: vec![3.0],
         z_m: vec![4.0],
-        coordinates: boresight::observe::LaserCoordinates::Sensor,
-        noise: boresight::observe::LaserNoise {
+        coordinates: LaserCoordinates::Sensor,
+        noise: LaserNoise {
             range_m: 0.0,
             angle_rad: 0.0,
             point_m: 0.0,
         },
     };
-    formats::las::write(&cloud, &scan).expect("written");
+    las::write(&cloud, &scan).expect("written");
     let renamed = folder.path().join("cloud.points");
     std::fs::copy(&cloud, &renamed).expect("copied");
     assert_eq!(formats::read_laser(&renamed).expect("a LAZ").time_s, [1.0]);
@@ -393,5 +399,8 @@ fn an_unknown_extension_is_told_by_the_content_or_answered_with_the_table() {
 fn the_page_of_formats_is_the_table() {
     let page = include_str!("../docs/formats.md");
     let table = formats::registry::markdown();
-    assert!(page.contains(&table), "docs/formats.md should hold\n{table}");
+    assert!(
+        page.contains(&table),
+        "docs/formats.md should hold\n{table}"
+    );
 }

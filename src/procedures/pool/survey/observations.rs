@@ -78,9 +78,7 @@ pub(super) fn laser_problem(
     };
     let k = (0..records.len()).find(|&k| !fits(k))?;
     let expected = match frame {
-        CoordinatesName::Sensor => {
-            "a range above 0 m and up to 20000 m (coordinates = \"sensor\")"
-        }
+        CoordinatesName::Sensor => "a range above 0 m and up to 20000 m (coordinates = \"sensor\")",
         CoordinatesName::Target => "a point within 20000 m of the target's origin",
         CoordinatesName::Geocentric => "6300 to 6500 km from the earth's centre",
         CoordinatesName::Utm => {
@@ -127,7 +125,12 @@ fn no_place(file: &Path, error: &UtmError) -> Problem {
         UtmError::Outside { row, .. } => format!("return {}", row + 1),
         UtmError::Zone { .. } | UtmError::Library { .. } => "whole file".to_owned(),
     };
-    Problem::new(file, place, error.to_string(), "UTM coordinates of this zone")
+    Problem::new(
+        file,
+        place,
+        error.to_string(),
+        "UTM coordinates of this zone",
+    )
 }
 
 /// Judges the returns' times, and drops those without a position if that is wanted; their number.
