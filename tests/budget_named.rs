@@ -5,8 +5,8 @@ use std::process::Output;
 use std::sync::atomic::AtomicBool;
 
 use assert_cmd::cargo::cargo_bin_cmd;
-use boresight::budget::named::rail::RailTrials;
-use boresight::budget::named::usbl::UsblTrials;
+use boresight::procedures::rail::trials::RailTrials;
+use boresight::procedures::usbl::trials::UsblTrials;
 use boresight::budget::named::{Acting, Tried, Wanted, run};
 use boresight::procedures::rail::simulate::{RailScenario, RailSource, RailSources};
 use boresight::procedures::rail::{RailJointConfig, RailReferenceConfig};

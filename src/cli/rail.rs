@@ -12,7 +12,7 @@ use super::calibrate::{folder_of, place, provenance};
 use super::error::CliError;
 use super::named_budget;
 use super::talk::Talk;
-use crate::budget::named::rail::RailTrials;
+use crate::procedures::rail::trials::RailTrials;
 use crate::calibrate::choices::Method;
 use crate::observe::Mounting;
 use crate::procedures::rail::simulate::truth::ProfilerTruth;

@@ -13,7 +13,7 @@ use super::calibrate::{folder_of, notes, place, provenance};
 use super::error::CliError;
 use super::named_budget;
 use super::talk::Talk;
-use crate::budget::named::usbl::UsblTrials;
+use crate::procedures::usbl::trials::UsblTrials;
 use crate::calibrate::choices::Method;
 use crate::geometry::rotation;
 use crate::observe::usbl::Role;

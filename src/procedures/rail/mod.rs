@@ -9,6 +9,7 @@
 //! | [`model`] | the unknowns and the cut of a light plane through the extruded rail |
 //! | [`conditions`] | conditions with their derivatives |
 //! | [`joint`] | the adjustment in rounds of association |
+//! | [`trials`] | a scenario on trial, for the error budget |
 //! | [`verdict`] | what the data do not determine, in words |
 //! | [`run`] | both paths in memory |
 //! | [`summary`] | the outcome as plain data |
@@ -26,6 +27,7 @@ pub mod simulate;
 pub mod summary;
 pub mod survey;
 pub mod trial;
+pub mod trials;
 pub mod verdict;
 
 pub use config::{RailJointConfig, RailReferenceConfig};

@@ -9,6 +9,7 @@
 //! | [`start`] | a start that gross errors do not move |
 //! | [`joint`] | the joint path |
 //! | [`verify`](mod@verify) | the patent's verification: predicted against surveyed beacons |
+//! | [`trials`] | a scenario on trial, for the error budget |
 //! | [`verdict`] | what cannot be determined, in words |
 //! | [`summary`] | the outcome as `result.json` |
 
@@ -21,6 +22,7 @@ pub mod simulate;
 pub mod start;
 pub mod summary;
 pub mod survey;
+pub mod trials;
 pub mod verdict;
 pub mod verify;
 
