@@ -26,7 +26,7 @@ use crate::survey::{ScenarioError, SurveyError};
 pub const SEED: u64 = 1;
 
 /// Says what is being done.
-pub type Progress<'a> = &'a dyn Fn(&str);
+pub type Progress<'a> = &'a (dyn Fn(&str) + Sync);
 
 /// One way to calibrate.
 pub trait Procedure: Sync {
@@ -111,6 +111,8 @@ pub struct Uses {
     pub seed: bool,
     /// A simple joint model as a third column.
     pub simple: bool,
+    /// An error budget of a survey as it was observed, without a truth.
+    pub survey_budget: bool,
 }
 
 /// What the user may say of a calibration besides its survey file.

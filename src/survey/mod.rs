@@ -22,6 +22,6 @@ pub mod write;
 pub use file::SurveyFile;
 pub use load::{Counts, LoadedSurvey, load, parse_survey, parse_target, read_survey_file};
 pub use problem::{Problem, SurveyError};
-pub use procedure::{Procedure, is_survey, procedure_in, procedure_of};
+pub use procedure::is_survey;
 pub use scenario::{ScenarioError, ScenarioFile};
 pub use write::write_survey;

@@ -11,6 +11,7 @@
 //! | [`joint`] | the adjustment in rounds of association |
 //! | [`trials`] | a scenario on trial, for the error budget |
 //! | [`verdict`] | what the data do not determine, in words |
+//! | [`procedure`] | the calibration behind the seam |
 //! | [`run`] | both paths in memory |
 //! | [`summary`] | the outcome as plain data |
 //! | [`trial`] | simulate and calibrate one seed, for Monte Carlo and budgets |
@@ -20,6 +21,7 @@ pub mod config;
 pub mod icp;
 pub mod joint;
 pub mod model;
+pub mod procedure;
 pub mod reference;
 pub mod run;
 pub mod scene;

@@ -10,7 +10,9 @@ use super::simulate::{DEMO, RailTruth, SimulatedRail, simulate};
 use super::survey::scenario::parse_scenario;
 use super::survey::{LoadedRail, RailScenarioFile, load, write_rail};
 use super::trials::RailTrials;
-use super::{RailInput, RailJointConfig, RailReferenceConfig, RailScene, calibrate, summary, verdict};
+use super::{
+    RailInput, RailJointConfig, RailReferenceConfig, RailScene, calibrate, summary, verdict,
+};
 use crate::calibrate::choices::Method;
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
@@ -49,7 +51,11 @@ impl Procedure for Rail {
     fn scenario(&self, file: &Path, text: &str) -> Result<Box<dyn ScenarioRun>, InputError> {
         let read = parse_scenario(file, text, file.parent().unwrap_or(Path::new("")))?;
         let (reference, joint) = read.calibration(file)?;
-        Ok(Box::new(RailRun { read, reference, joint }))
+        Ok(Box::new(RailRun {
+            read,
+            reference,
+            joint,
+        }))
     }
 }
 
@@ -126,8 +132,8 @@ impl ScenarioRun for RailRun {
         progress: Progress<'_>,
     ) -> Result<Simulated, InputError> {
         progress(&format!("simulating {} with seed {seed}", self.name()));
-        let survey = simulate(&self.read.scenario, &self.read.rail, seed)
-            .map_err(InputError::unworkable)?;
+        let survey =
+            simulate(&self.read.scenario, &self.read.rail, seed).map_err(InputError::unworkable)?;
         progress(&format!("writing {}", folder.display()));
         make_folder(folder)?;
         write_rail(folder, &self.read, &survey)?;
@@ -161,7 +167,11 @@ fn errors(result: &RailResult, samples: &RailSamples) -> Vec<TrueError> {
         return vec![];
     };
     let one = |(k, p): (usize, &crate::results::Parameter)| {
-        let (scale, unit) = if p.unit == "m" { (1e3, "mm") } else { (1.0, p.unit.as_str()) };
+        let (scale, unit) = if p.unit == "m" {
+            (1e3, "mm")
+        } else {
+            (1.0, p.unit.as_str())
+        };
         let error = |errors: &[f64]| errors.get(k).map(|e| e * scale);
         TrueError {
             name: p.name.clone(),

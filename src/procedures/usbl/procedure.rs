@@ -145,7 +145,11 @@ fn counts(survey: &Survey) -> Vec<Count> {
     vec![
         Count::new("beacons", "beacons", campaign.beacons.len()),
         Count::new("fixes", "fixes", campaign.fixes.len()),
-        Count::new("attitude_records", "attitude records", survey.attitude_rad.len()),
+        Count::new(
+            "attitude_records",
+            "attitude records",
+            survey.attitude_rad.len(),
+        ),
     ]
 }
 
@@ -184,12 +188,25 @@ fn errors(result: &UsblResult, truth: &Truth) -> Vec<TrueError> {
         sigma: sigma(i).map(|s| s * factor),
         joint_simple: None,
     };
-    let angle = |(i, name)| row(i, name, "deg", reference.map(|t| t[i]), found.map(|t| t[i]), 1.0);
+    let angle = |(i, name)| {
+        row(
+            i,
+            name,
+            "deg",
+            reference.map(|t| t[i]),
+            found.map(|t| t[i]),
+            1.0,
+        )
+    };
     let axis = |(i, name): (usize, &str)| {
         let error = place.map(|p| 1e3 * (p[i] - truth.transducer_m[i]));
         row(3 + i, &format!("transducer {name}"), "mm", None, error, 1e3)
     };
-    let mut rows: Vec<_> = ["pitch", "roll", "yaw"].into_iter().enumerate().map(angle).collect();
+    let mut rows: Vec<_> = ["pitch", "roll", "yaw"]
+        .into_iter()
+        .enumerate()
+        .map(angle)
+        .collect();
     rows.extend(["east", "north", "up"].into_iter().enumerate().map(axis));
     let scale = scale.map(|s| 1e6 * (s - truth.range_scale));
     rows.push(row(6, "range scale", "1e-6", None, scale, 1e6));
