@@ -20,7 +20,7 @@ const FLOORS: [(&str, u8); 20] = [
     ("simulate", 5),
     ("results", 6),
     ("calibrate", 7),
-    ("survey", 8),
+    ("survey", 7),
     ("casting", 8),
     ("procedures", 8),
     ("budget", 9),
@@ -32,14 +32,11 @@ const FLOORS: [(&str, u8); 20] = [
 /// Neighbours on one floor of which the first builds on the second; never the other way round.
 /// The floor plan's prose does not name them: matching ties points to a target's faces, the simulator casts rays at them, and a
 /// procedure's own simulator knows its scene.
-const NEIGHBOURS: [(&str, &str); 6] = [
+const NEIGHBOURS: [(&str, &str); 4] = [
     // its errors name files, lines and keys
     ("calibrate", "survey"),
     ("matching", "target"),
     ("simulate", "target"),
-    // the pool's survey file still lives among the parts that all procedures share
-    ("survey", "procedures"),
-    ("procedures", "survey"),
     ("casting", "procedures"),
 ];
 

@@ -18,11 +18,11 @@ use crate::budget::{predicted, soundings, summary, sweep};
 use crate::calibrate::seam::Settings;
 use crate::procedures;
 use crate::procedures::pool::procedure::input;
+use crate::procedures::pool::survey::claims::claims;
+use crate::procedures::pool::survey::{self as survey, scenario};
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetPath, BudgetResult};
 use crate::simulate::{Scenario, SimulateError};
-use crate::survey::claims::claims;
-use crate::survey::{self, scenario};
 use crate::target::Target;
 
 /// Subfolder of the ledgers.
@@ -35,7 +35,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
     let procedure = procedures::of_file(&args.scenario)?;
-    if std::fs::read_to_string(&args.scenario).is_ok_and(|text| survey::is_survey(&text)) {
+    if std::fs::read_to_string(&args.scenario).is_ok_and(|text| crate::survey::is_survey(&text)) {
         return if procedure.uses().survey_budget {
             of_survey(args, talk)
         } else {

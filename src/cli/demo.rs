@@ -10,7 +10,7 @@ use super::talk::Talk;
 use crate::calibrate::choices::Method;
 use crate::calibrate::seam::{Procedure, Settings, make_folder};
 use crate::procedures;
-use crate::survey::write::SURVEY_FILE;
+use crate::survey::SURVEY_FILE;
 
 /// Says in a folder whose demo wrote it, so that the next one knows what it may overwrite.
 const MARKER: &str = ".boresight-demo";

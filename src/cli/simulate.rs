@@ -8,7 +8,7 @@ use super::error::CliError;
 use super::talk::Talk;
 use crate::calibrate::seam::Count;
 use crate::procedures;
-use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
+use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 /// Runs the command.
 pub fn run(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {

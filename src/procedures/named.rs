@@ -7,7 +7,7 @@ use toml::de::DeTable;
 use super::ALL;
 use crate::calibrate::seam::{InputError, Loaded, Procedure, ScenarioRun};
 use crate::survey::document::Document;
-use crate::survey::load::read_text;
+use crate::survey::reading::read_text;
 use crate::survey::schema::nearest;
 use crate::survey::{Problem, SurveyError};
 

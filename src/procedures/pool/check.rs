@@ -5,9 +5,9 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::preview::{PassSpan, Predicted, Preview};
+use super::survey::LoadedSurvey;
 use crate::calibrate::seam::Checked;
 use crate::ruled::Ruled;
-use crate::survey::LoadedSurvey;
 use crate::survey::clock::Span;
 
 /// The preview in words and for programs.
@@ -114,7 +114,7 @@ fn geometry(preview: &Preview) -> String {
             &seen.soundings.to_string(),
         ]);
     }
-    let mut text = format!("{}\n\n", table);
+    let mut text = format!("{table}\n\n");
     for (k, pass) in preview.passes.iter().enumerate() {
         text.push_str(&pass_line(k, pass));
     }

@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::check::checked;
 use super::preview::preview;
 use super::summary::{self, Dropped};
+use super::survey::{LoadedSurvey, ScenarioFile, load, scenario, write_survey};
 use super::{PoolInput, calibrate};
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
@@ -17,8 +18,6 @@ use crate::calibrate::tried::Tried;
 use crate::geometry::rotation;
 use crate::results::{self, Angles, AnyResult, Estimate, PoolResult};
 use crate::simulate::{DEMO, Simulated as Survey, Truth, simulate};
-use crate::survey::write::write_survey;
-use crate::survey::{LoadedSurvey, ScenarioFile, load, scenario};
 
 /// A multibeam against a target in a pool that a laser scanner sees too.
 #[derive(Clone, Copy, Debug)]
