@@ -249,7 +249,7 @@ fn a_descending_import_is_not() {
         ),
         ("main", "fn main() { boresight::cli::run() }"),
         ("simulate", "use crate::target::Face;"),
-        ("survey", "use crate::{calibrate, formats, units::degrees};"),
+        ("survey", "use crate::{results, formats, units::degrees};"),
     ] {
         assert_eq!(faults(module, source), Vec::<String>::new(), "{source}");
     }
