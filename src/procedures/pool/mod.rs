@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | [`procedure`] | the calibration behind the seam |
 //! | [`run`] | the whole in memory: [`run::calibrate`] |
 //! | [`scene`] | trajectory, refined target pose, rough mounting |
 //! | [`frame`] | how the refined pose follows each laser point |
@@ -13,11 +14,13 @@
 //! | [`verdict`] | when there is no usable result |
 //! | [`influence`] | first derivatives of both paths by every observation's error |
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
+//! | [`survey`] | survey and scenario files |
 //! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
 //! | [`designed`] | what a pass would tell whose mounting and target are known |
 
 pub mod apply;
+mod check;
 pub mod conditions;
 pub mod config;
 pub mod coverage;
@@ -28,10 +31,12 @@ pub mod joint;
 pub mod planes;
 mod poses;
 pub mod preview;
+pub mod procedure;
 pub mod run;
 pub mod scene;
 pub mod sequential;
 pub mod summary;
+pub mod survey;
 pub mod ties;
 pub mod verdict;
 
