@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 /// Floor of every top-level module; the table of the architecture page.
-const FLOORS: [(&str, u8); 19] = [
+const FLOORS: [(&str, u8); 20] = [
     ("units", 0),
     ("stats", 0),
     ("geometry", 1),
@@ -15,6 +15,7 @@ const FLOORS: [(&str, u8); 19] = [
     ("formats", 4),
     ("georef", 4),
     ("target", 5),
+    ("recorders", 5),
     ("matching", 5),
     ("simulate", 5),
     ("results", 6),

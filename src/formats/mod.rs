@@ -23,11 +23,13 @@ pub mod attitude_csv;
 pub mod columns;
 pub mod digest;
 pub mod error;
+pub mod kongsberg_all;
 pub mod las;
 pub mod laser_csv;
 pub mod rail_csv;
 #[cfg(feature = "parquet")]
 pub mod rail_parquet;
+pub mod recorder;
 pub mod records;
 pub mod rows;
 pub mod sbet;
