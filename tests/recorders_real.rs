@@ -3,7 +3,10 @@
 
 use std::path::PathBuf;
 
-use boresight::formats::kongsberg_all;
+use boresight::formats::{kmall, kongsberg_all};
+use boresight::geometry::rotation::from_attitude;
+use boresight::georef::{ArrayPair, Layers};
+use boresight::observe::SoundSpeedProfile;
 use boresight::recorders::{Choice, Recorded, against_own_solution};
 
 /// A file of the folder, or `None` with a word on standard error.
@@ -74,4 +77,95 @@ fn the_em2040c_line_tells_wrong_readings_from_right_ones() {
     assert!(reversed_angle > 10.0 * right, "{reversed_angle} {right}");
     assert!(turned_again > 2.0 * right, "{turned_again} {right}");
     assert!(without_heading > 1.5 * right, "{without_heading} {right}");
+}
+
+/// What the one kmall ping does not say, and the test therefore fits: pitch and heading of the transmit array, roll and heading of the
+/// receive array (against the vessel's heading), the arrays' place right and forward, and a factor of the sound speed.
+type Unsaid = nalgebra::SVector<f64, 7>;
+
+/// Our points of a ping in right, forward, up of the vessel's heading.
+fn points(recorded: &Recorded, unsaid: &Unsaid) -> Vec<nalgebra::Vector3<f64>> {
+    let (ping, own) = (&recorded.pings[0], &recorded.solutions[0]);
+    let pair = ArrayPair {
+        attitude_at_transmission: nalgebra::Matrix3::identity(),
+        attitude_at_reception: nalgebra::Matrix3::identity(),
+        transmitter: from_attitude(0.0, unsaid[0], unsaid[1]),
+        receiver: from_attitude(unsaid[2], 0.0, unsaid[3]),
+    };
+    let water = Layers::new(&SoundSpeedProfile {
+        depth_m: vec![0.0],
+        speed_m_s: vec![ping.head_speed_m_s * (1.0 + unsaid[6])],
+    })
+    .expect("a profile");
+    let array_m = nalgebra::Vector3::new(unsaid[4], unsaid[5], own.water_line_m - own.array_depth_m);
+    let both = ping.beams.iter().zip(&own.points);
+    both.filter(|(beam, point)| beam.valid && point.valid)
+        .map(|(beam, _)| {
+            let sector = &ping.sectors[usize::from(beam.sector)];
+            let direction = pair.direction(sector.tilt_rad, beam.angle_rad).expect("a beam");
+            let launch = (direction, ping.head_speed_m_s);
+            let chord = water.chord(own.array_depth_m, launch, 0.5 * beam.two_way_s);
+            array_m + chord.expect("a ray")
+        })
+        .collect()
+}
+
+fn differences(recorded: &Recorded, unsaid: &Unsaid) -> Vec<nalgebra::Vector3<f64>> {
+    let theirs = recorded.solutions[0].points.iter();
+    let valid = theirs.filter(|p| p.valid).map(|p| p.right_forward_up_m);
+    let ours = points(recorded, unsaid);
+    ours.iter().zip(valid).map(|(a, b)| a - b).collect()
+}
+
+/// Gauss-Newton with differences for derivatives.
+fn fitted(recorded: &Recorded) -> Vec<nalgebra::Vector3<f64>> {
+    let mut unsaid = Unsaid::zeros();
+    for _ in 0..8 {
+        let now = differences(recorded, &unsaid);
+        let mut normal = nalgebra::SMatrix::<f64, 7, 7>::zeros();
+        let mut right = Unsaid::zeros();
+        let slopes: Vec<Vec<nalgebra::Vector3<f64>>> = (0..7)
+            .map(|k| {
+                let mut moved = unsaid;
+                moved[k] += 1e-6;
+                let then = differences(recorded, &moved);
+                then.iter().zip(&now).map(|(a, b)| (a - b) / 1e-6).collect()
+            })
+            .collect();
+        for (beam, difference) in now.iter().enumerate() {
+            for i in 0..7 {
+                right[i] -= slopes[i][beam].dot(difference);
+                for j in 0..7 {
+                    normal[(i, j)] += slopes[i][beam].dot(&slopes[j][beam]);
+                }
+            }
+        }
+        unsaid += normal.lu().solve(&right).expect("determined");
+    }
+    differences(recorded, &unsaid)
+}
+
+fn rms(differences: &[nalgebra::Vector3<f64>]) -> nalgebra::Vector3<f64> {
+    let squares = differences.iter().map(|d| d.component_mul(d));
+    let sum: nalgebra::Vector3<f64> = squares.sum();
+    (sum / differences.len() as f64).map(f64::sqrt)
+}
+
+#[test]
+fn the_kmall_ping_agrees_with_its_own_solution() {
+    let Some(path) = real("kmall/MRZ_versionF.kmall") else {
+        return;
+    };
+    let mut recorded = Recorded::default();
+    let summary = kmall::read(&path, &mut recorded).expect("readable");
+    assert!(!summary.losses.any(), "{:?}", summary.losses);
+    let ping = &recorded.pings[0];
+    assert_eq!((ping.sectors.len(), ping.beams.len()), (3, 400));
+    let left = rms(&fitted(&recorded));
+    eprintln!("kmall ping: rms right, forward, up {left:?} m");
+    assert!(left.amax() < 0.015, "{left:?}");
+    let mut reversed = recorded.clone();
+    let sectors = reversed.pings.iter_mut().flat_map(|p| &mut p.sectors);
+    sectors.for_each(|s| s.tilt_rad = -s.tilt_rad);
+    assert!(rms(&fitted(&reversed)).amax() > 0.05);
 }

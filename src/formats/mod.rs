@@ -23,6 +23,7 @@ pub mod attitude_csv;
 pub mod columns;
 pub mod digest;
 pub mod error;
+pub mod kmall;
 pub mod kongsberg_all;
 pub mod las;
 pub mod laser_csv;

@@ -149,6 +149,7 @@ impl<'s> Reader<'s> {
             height_m: gga_height_m(telegram),
             sensor,
             passive: raw.descriptor & 0x80 == 0,
+            at_reference: false,
         });
         Some(())
     }

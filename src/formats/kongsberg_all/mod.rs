@@ -16,6 +16,8 @@ mod installation;
 pub mod raw;
 pub mod write;
 
+pub use convert::model_name;
+
 use std::io::Read;
 use std::path::Path;
 

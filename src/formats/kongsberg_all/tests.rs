@@ -123,7 +123,7 @@ fn written(big_endian: bool) -> Vec<u8> {
                 longitude_rad: 2.48,
                 height_m: Some(12.25),
                 sensor: 1,
-                passive: false,
+                ..Position::default()
             },
             3.6,
         )?;

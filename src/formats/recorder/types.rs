@@ -56,6 +56,8 @@ pub struct Position {
     pub sensor: u8,
     /// Whether the recorder used another sensor than this one.
     pub passive: bool,
+    /// Whether it is the position of the vessel's reference point, not of the sensor.
+    pub at_reference: bool,
 }
 
 /// Height of the water level as the recorder works it out.
@@ -155,6 +157,8 @@ pub struct Solution {
     pub heading_rad: f64,
     /// Depth of the transmit array below the water line at transmission, heave included, metres.
     pub array_depth_m: f64,
+    /// Height of the water line above the reference point, metres; 0 where the solution does not say it.
+    pub water_line_m: f64,
     /// What it is counted from.
     pub origin: Origin,
     /// Beams, in the order of the ping's.

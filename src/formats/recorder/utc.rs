@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn a_time_is_written_with_milliseconds() {
-        assert_eq!(written(1_392_269_256.1236), "2014-02-13 05:27:36.124");
+        assert_eq!(written(1_392_269_256.123_6), "2014-02-13 05:27:36.124");
         assert_eq!(written(-1.0), "-1.000 s");
     }
 }
