@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use boresight::formats::{kmall, kongsberg_all};
+use boresight::formats::{kmall, kongsberg_all, novatel, xtf};
 use boresight::geometry::rotation::from_attitude;
 use boresight::georef::{ArrayPair, Layers};
 use boresight::observe::SoundSpeedProfile;
@@ -97,12 +97,15 @@ fn points(recorded: &Recorded, unsaid: &Unsaid) -> Vec<nalgebra::Vector3<f64>> {
         speed_m_s: vec![ping.head_speed_m_s * (1.0 + unsaid[6])],
     })
     .expect("a profile");
-    let array_m = nalgebra::Vector3::new(unsaid[4], unsaid[5], own.water_line_m - own.array_depth_m);
+    let array_m =
+        nalgebra::Vector3::new(unsaid[4], unsaid[5], own.water_line_m - own.array_depth_m);
     let both = ping.beams.iter().zip(&own.points);
     both.filter(|(beam, point)| beam.valid && point.valid)
         .map(|(beam, _)| {
             let sector = &ping.sectors[usize::from(beam.sector)];
-            let direction = pair.direction(sector.tilt_rad, beam.angle_rad).expect("a beam");
+            let direction = pair
+                .direction(sector.tilt_rad, beam.angle_rad)
+                .expect("a beam");
             let launch = (direction, ping.head_speed_m_s);
             let chord = water.chord(own.array_depth_m, launch, 0.5 * beam.two_way_s);
             array_m + chord.expect("a ray")
@@ -168,4 +171,87 @@ fn the_kmall_ping_agrees_with_its_own_solution() {
     let sectors = reversed.pings.iter_mut().flat_map(|p| &mut p.sectors);
     sectors.for_each(|s| s.tilt_rad = -s.tilt_rad);
     assert!(rms(&fitted(&reversed)).amax() > 0.05);
+}
+
+#[test]
+fn the_r2sonic_line_is_read_and_its_roll_belongs_to_its_angles() {
+    let Some(path) = real("r2sonic/0009-150708-R2Testing-0001.xtf") else {
+        return;
+    };
+    let mut recorded = Recorded::default();
+    let summary = xtf::read(&path, &mut recorded).expect("readable");
+    assert!(!summary.losses.any(), "{:?}", summary.losses);
+    assert!(summary.device.starts_with("R2Sonic 2026"));
+    assert_eq!((recorded.pings.len(), recorded.attitude.len()), (923, 1203));
+    assert_eq!(recorded.positions.len(), 1204);
+    assert!(recorded.pings.iter().all(|p| p.beams.len() == 256));
+    let track = recorded.attitude_over_time(1.0);
+    let slopes = |sign: f64| -> Vec<f64> {
+        let pings = recorded.pings.iter().filter_map(|ping| {
+            let pose = track.pose_at(ping.time_s).ok()?;
+            let roll_rad = sign * boresight::geometry::rotation::to_attitude(&pose.rotation).0;
+            Some(slope_of_the_bed(ping, roll_rad))
+        });
+        pings.collect()
+    };
+    let spread = |slopes: Vec<f64>| {
+        let mean = slopes.iter().sum::<f64>() / slopes.len() as f64;
+        let squares = slopes.iter().map(|s| (s - mean) * (s - mean)).sum::<f64>();
+        (squares / slopes.len() as f64).sqrt()
+    };
+    let (applied, reversed, none) = (
+        spread(slopes(1.0)),
+        spread(slopes(-1.0)),
+        spread(slopes(0.0)),
+    );
+    eprintln!("slope of the bed, spread: {applied} with roll, {none} without, {reversed} reversed");
+    assert!(applied < 0.5 * none && none < reversed);
+}
+
+/// Slope to starboard of a line through a ping's points, every beam turned by the roll.
+fn slope_of_the_bed(ping: &boresight::formats::recorder::Ping, roll_rad: f64) -> f64 {
+    let points = ping
+        .beams
+        .iter()
+        .filter(|b| b.valid && b.angle_rad.abs() < 0.8)
+        .map(|b| {
+            // starboard down turns a beam to starboard towards the vertical
+            let (sin, cos) = (b.angle_rad - roll_rad).sin_cos();
+            let range_m = 0.5 * ping.head_speed_m_s * b.two_way_s;
+            (range_m * sin, -range_m * cos)
+        });
+    let (mut n, mut x, mut z, mut xx, mut xz) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (across, up) in points {
+        n += 1.0;
+        x += across;
+        z += up;
+        xx += across * across;
+        xz += across * up;
+    }
+    (n * xz - x * z) / (n * xx - x * x)
+}
+
+#[test]
+fn the_novatel_logs_are_read_message_by_message() {
+    let Some(path) = real("novatel/ins2.gps") else {
+        return;
+    };
+    let mut recorded = Recorded::default();
+    let summary = novatel::read(&path, &mut recorded).expect("readable");
+    assert_eq!(summary.losses.bad_checksums, 0);
+    assert_eq!(
+        (summary.records["INSPVAS"], summary.records["INSPVAX"]),
+        (62, 6)
+    );
+    assert_eq!(
+        summary.losses.not_good, 68,
+        "the antenna stands still: not aligned yet"
+    );
+    assert!(recorded.positions.is_empty() && recorded.attitude.is_empty());
+    let Some(all) = real("novatel/advanceddecoder_alllogs.BIN") else {
+        return;
+    };
+    let summary = novatel::read(&all, &mut Recorded::default()).expect("readable");
+    assert_eq!(summary.losses.bad_checksums, 0, "{:?}", summary.losses);
+    assert!(summary.records.len() > 50);
 }

@@ -27,6 +27,7 @@ pub mod kmall;
 pub mod kongsberg_all;
 pub mod las;
 pub mod laser_csv;
+pub mod novatel;
 pub mod rail_csv;
 #[cfg(feature = "parquet")]
 pub mod rail_parquet;
@@ -41,6 +42,7 @@ pub mod trajectory_csv;
 pub mod usbl_control_csv;
 pub mod usbl_fixes_csv;
 pub mod whole;
+pub mod xtf;
 
 pub use error::{FaultKind, FormatError, Place};
 pub use records::{LaserRecords, SoundingRecords, TrajectoryRecords};

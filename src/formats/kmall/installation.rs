@@ -83,7 +83,7 @@ fn number(record: &Installation, group: &str, key: &str) -> Option<f64> {
         .filter(|v: &f64| v.is_finite())
 }
 
-/// An array of the groups TRAI_TX1, TRAI_RX1 or TRAI_HD1 (a head that holds both).
+/// An array of the groups `TRAI_TX1`, `TRAI_RX1` or `TRAI_HD1` (a head that holds both).
 fn array(record: &Installation, group: &str) -> Option<Array> {
     let name = group.strip_prefix("TRAI_")?;
     let (role, inner) = match name.get(..2)? {

@@ -1,4 +1,4 @@
-//! Mirror of the datagrams, numbers as they stand in the file (Kongsberg EMdgmFormat, revision I). Little-endian.
+//! Mirror of the datagrams, numbers as they stand in the file (Kongsberg `EMdgmFormat`, revision I). Little-endian.
 //!
 //! Parts carry their own byte counts, which differ between versions: every offset is counted from the beginning of a part.
 

@@ -170,8 +170,15 @@ fn the_installation_record_comes_into_our_axes() {
     assert_eq!(record.arrays.len(), 2);
     let transmitter = record.transmitter(1).expect("TX");
     assert_eq!((transmitter.role, transmitter.head), (Role::Transmit, 0));
-    assert_eq!(transmitter.mounted.mounting.lever_arm_m, Vector3::new(0.2, 4.1, -1.3));
-    near(transmitter.mounted.mounting.angles().2.to_degrees(), -179.8, 1e-9);
+    assert_eq!(
+        transmitter.mounted.mounting.lever_arm_m,
+        Vector3::new(0.2, 4.1, -1.3)
+    );
+    near(
+        transmitter.mounted.mounting.angles().2.to_degrees(),
+        -179.8,
+        1e-9,
+    );
     let receiver = record.receiver(1).expect("RX");
     assert_eq!(receiver.inner_m[1], Vector3::new(0.0, 0.01, 0.006));
     assert_eq!(record.water_line_m, Some(0.3));
@@ -207,8 +214,14 @@ fn damage_to_the_size_costs_one_datagram() {
 #[test]
 fn values_that_mean_none_are_none() {
     let mut writer = Writer::new(vec![], 2040);
-    let nowhere = Position { latitude_rad: 200f64.to_radians(), ..position() };
-    let flat = Position { height_m: None, ..position() };
+    let nowhere = Position {
+        latitude_rad: 200f64.to_radians(),
+        ..position()
+    };
+    let flat = Position {
+        height_m: None,
+        ..position()
+    };
     writer.position(&nowhere).expect("written");
     writer.position(&flat).expect("written");
     let (all, summary) = read_bytes(&writer.into_inner());

@@ -8,9 +8,6 @@ use super::raw::HEADER;
 use crate::formats::recorder::{Attitude, Out, Ping, Position, Profile, Solution};
 use crate::units::degrees;
 
-
-
-
 /// Writes datagrams into a file.
 pub struct Writer<W> {
     out: W,
@@ -99,7 +96,8 @@ impl<W: Write> Writer<W> {
         let mut body = Out::new(false);
         body.u16(8).u16(p.sensor.into()).u16(1).u16(0);
         body.u32(seconds).u32(nanoseconds).f32(0.0);
-        body.f64(degrees(p.latitude_rad)).f64(degrees(p.longitude_rad));
+        body.f64(degrees(p.latitude_rad))
+            .f64(degrees(p.longitude_rad));
         body.f32(0.0).f32(0.0).real(p.height_m.unwrap_or(-999.0));
         self.datagram(b"#SPO", p.time_s, &body.data)
     }
@@ -111,7 +109,9 @@ impl<W: Write> Writer<W> {
     pub fn profile(&mut self, profile: &Profile) -> io::Result<()> {
         let mut body = Out::new(false);
         body.u16(28).u16(profile.depth_m.len() as u16).raw(b"S00 ");
-        body.u32(profile.time_s.max(0.0) as u32).f64(200.0).f64(200.0);
+        body.u32(profile.time_s.max(0.0) as u32)
+            .f64(200.0)
+            .f64(200.0);
         for (depth_m, speed_m_s) in profile.depth_m.iter().zip(&profile.speed_m_s) {
             body.real(*depth_m).real(*speed_m_s).zeros(12);
         }
@@ -123,7 +123,11 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// Those of the output.
     pub fn ping(&mut self, ping: &Ping, own: &Solution) -> io::Result<()> {
-        let (info_bytes, sector_bytes) = if self.version == 0 { (144, 36) } else { (152, 48) };
+        let (info_bytes, sector_bytes) = if self.version == 0 {
+            (144, 36)
+        } else {
+            (152, 48)
+        };
         let mut body = Out::new(false);
         common(&mut body, ping);
         ping_info(&mut body, ping, own, info_bytes, sector_bytes);
@@ -189,7 +193,11 @@ fn motion_sample(body: &mut Out, a: &Attitude, position: Option<&Position>) {
     let (seconds, nanoseconds) = seconds_and_rest(a.time_s);
     let unknown = u32::from(position.is_none()) | u32::from(a.heading_rad.is_none()) << 2;
     let of = |value: fn(&Position) -> f64| position.map_or(0.0, value);
-    body.raw(b"#KMB").u16(120).u16(1).u32(seconds).u32(nanoseconds);
+    body.raw(b"#KMB")
+        .u16(120)
+        .u16(1)
+        .u32(seconds)
+        .u32(nanoseconds);
     body.u32(unknown | u32::from(a.heave_m.is_none()) << 3);
     body.f64(degrees(of(|p| p.latitude_rad)));
     body.f64(degrees(of(|p| p.longitude_rad)));

@@ -48,6 +48,8 @@ pub struct Losses {
     pub impossible: u64,
     /// Parts of a record whose other parts are missing.
     pub incomplete: u64,
+    /// Records that the instrument itself marks as not good; they are not used.
+    pub not_good: u64,
     /// Pings that the next streams do not complete (a ping without its second half).
     pub unpaired: u64,
 }
