@@ -28,12 +28,14 @@ pub mod kongsberg_all;
 pub mod las;
 pub mod laser_csv;
 pub mod novatel;
+pub mod pos_mv;
 pub mod rail_csv;
 #[cfg(feature = "parquet")]
 pub mod rail_parquet;
 pub mod recorder;
 pub mod records;
 pub mod rows;
+pub mod s7k;
 pub mod sbet;
 pub mod sound_speed_csv;
 pub mod soundings_csv;

@@ -26,6 +26,7 @@ struct Datagrams;
 
 impl Framing for Datagrams {
     const HEAD: usize = HEADER;
+    const END_MARK: bool = true;
 
     fn length(&self, head: &[u8]) -> Option<usize> {
         let kind = head.get(4..8)?;

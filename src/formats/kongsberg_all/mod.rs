@@ -33,6 +33,7 @@ struct Datagrams;
 
 impl Framing for Datagrams {
     const HEAD: usize = HEADER;
+    const END_MARK: bool = true;
 
     fn length(&self, head: &[u8]) -> Option<usize> {
         length_in(head, false).or_else(|| length_in(head, true))

@@ -29,6 +29,7 @@ struct Messages;
 
 impl Framing for Messages {
     const HEAD: usize = LINE;
+    const END_MARK: bool = false;
 
     fn length(&self, head: &[u8]) -> Option<usize> {
         if matches!(head.first(), Some(b'#' | b'%')) {

@@ -24,6 +24,9 @@ pub trait Framing {
     /// Bytes that [`Self::length`] looks at.
     const HEAD: usize;
 
+    /// Whether a record with a wrong checksum may be passed over whole: yes where an end mark confirms its length.
+    const END_MARK: bool;
+
     /// Bytes of the record that begins here, if one may. Never 0, and bounded: so much memory is taken.
     fn length(&self, head: &[u8]) -> Option<usize>;
 
@@ -33,8 +36,8 @@ pub trait Framing {
 
 /// Hands every record to `each`, in order; counts what lies between them.
 ///
-/// A record with a wrong checksum directly behind a good one is passed over whole; elsewhere the search goes on byte by byte,
-/// and only a record that is good in itself ends it. Time is proportional to the file's length.
+/// A record with a wrong checksum directly behind a good one is passed over whole where an end mark confirms its length; elsewhere
+/// the search goes on byte by byte, and only a record that is good in itself ends it. Time is proportional to the file's length.
 ///
 /// # Errors
 /// [`FormatError`] when the source cannot be read, and what `each` returns.
@@ -67,8 +70,10 @@ pub fn scan<R: Read, F: Framing>(
             Frame::BadChecksum if search.lost => {}
             Frame::BadChecksum => {
                 losses.bad_checksums += 1;
-                window.advance(length);
-                continue;
+                if F::END_MARK {
+                    window.advance(length);
+                    continue;
+                }
             }
             frame => {
                 losses.zero_checksums += u64::from(frame == Frame::ZeroChecksum);
@@ -130,6 +135,7 @@ mod tests {
     struct Toy;
     impl Framing for Toy {
         const HEAD: usize = 2;
+        const END_MARK: bool = true;
         fn length(&self, head: &[u8]) -> Option<usize> {
             (head.len() >= 2 && head[0] == b'M').then(|| 3 + usize::from(head[1]))
         }

@@ -10,6 +10,8 @@ pub trait Sink {
     fn installation(&mut self, _: &Installation) {}
     /// A sample of attitude.
     fn attitude(&mut self, _: &Attitude) {}
+    /// A heading that came without roll and pitch.
+    fn heading(&mut self, _: &Heading) {}
     /// A position.
     fn position(&mut self, _: &Position) {}
     /// A height of the water level.
@@ -39,6 +41,15 @@ pub struct Attitude {
     pub sensor: u8,
     /// Whether the recorder used another sensor than this one.
     pub passive: bool,
+}
+
+/// Heading at one moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Heading {
+    /// Time, seconds.
+    pub time_s: f64,
+    /// Heading, radians, clockwise from north.
+    pub heading_rad: f64,
 }
 
 /// Position at one moment.

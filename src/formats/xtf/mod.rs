@@ -24,6 +24,7 @@ struct Packets;
 
 impl Framing for Packets {
     const HEAD: usize = PACKET;
+    const END_MARK: bool = false;
 
     fn length(&self, head: &[u8]) -> Option<usize> {
         let size = Packet::read(&Bytes::little(head))?.size as usize;
