@@ -7,6 +7,7 @@ pub mod bytes;
 pub mod out;
 pub mod scan;
 pub mod summary;
+pub mod table;
 pub mod types;
 pub mod utc;
 pub mod window;
