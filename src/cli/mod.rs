@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`args`] | what the user types |
-//! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `budget`, `plan` | one command each |
+//! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `info`, `budget`, `plan` | one command each |
 //! | `usbl`, `rail` | these commands for other procedures than the pool's |
 //! | `talk` | what is printed: results on standard output, progress on standard error |
 //! | [`error`] | what ends a command before it solves (exit code 2) |
@@ -15,6 +15,7 @@ mod calibrate;
 mod check;
 mod demo;
 pub mod error;
+mod info;
 mod named_budget;
 mod plan;
 mod rail;
@@ -102,6 +103,7 @@ fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
             Procedure::Rail => rail::check(&args, talk),
         },
         Command::Apply(args) => apply::run(&args, talk),
+        Command::Info(args) => info::run(&args, talk),
         Command::Budget(args) => match procedure_of(&args.scenario) {
             Procedure::Pool => budget::run(&args, talk),
             Procedure::Usbl => usbl::budget(&args, talk),

@@ -3,9 +3,11 @@
 //! | file | what |
 //! |---|---|
 //! | [`collect`] | all streams of a file in columns |
+//! | [`info`] | what a file holds and what a calibration would still need |
 //! | [`own_solution`] | our georeferencing with the installation values against the sounder's own points |
 
 pub mod collect;
+pub mod info;
 pub mod own_solution;
 
 pub use collect::Recorded;

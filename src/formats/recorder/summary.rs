@@ -71,6 +71,10 @@ impl Losses {
             ("impossible values, not used", self.impossible),
             ("parts of incomplete records, not used", self.incomplete),
             (
+                "records marked as not good by the instrument, not used",
+                self.not_good,
+            ),
+            (
                 "halves of a ping without the other, not used",
                 self.unpaired,
             ),

@@ -1,5 +1,7 @@
 //! From records to ours: the frame is the same, radians too.
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
 use nalgebra::Vector3;
 
 use super::raw::{DETECTIONS, Detection, DetectionHead, FRAME, Frame, Settings};
@@ -11,6 +13,9 @@ use crate::observe::Mounting;
 
 /// Most halves of pings that wait for the other half.
 const MOST_WAITING: usize = 64;
+
+/// What an angle of four bytes may exceed its limit by, radians.
+const SLACK_RAD: f64 = 1e-3;
 
 /// What joins settings and detections: device, ping, part.
 type Key = (u32, u32, u16);
@@ -172,7 +177,8 @@ impl<'s> Reader<'s> {
 
     fn place(&mut self, time_s: f64, place: (f64, f64, f64), sensor: u8, losses: &mut Losses) {
         let (latitude_rad, longitude_rad, height_m) = place;
-        let placed = latitude_rad.abs() <= 1.571 && longitude_rad.abs() <= 3.142;
+        let placed =
+            latitude_rad.abs() <= FRAC_PI_2 + SLACK_RAD && longitude_rad.abs() <= PI + SLACK_RAD;
         if !(placed && time_s.is_finite()) {
             losses.impossible += 1;
             return;
@@ -202,8 +208,8 @@ impl<'s> Reader<'s> {
         sensor: u8,
         losses: &mut Losses,
     ) {
-        let turned = roll_rad.abs() <= 3.142 && pitch_rad.abs() <= 1.571;
-        let headed = heading_rad.is_none_or(|h| h.abs() <= 6.284);
+        let turned = roll_rad.abs() <= PI + SLACK_RAD && pitch_rad.abs() <= FRAC_PI_2 + SLACK_RAD;
+        let headed = heading_rad.is_none_or(|h| h.abs() <= TAU + SLACK_RAD);
         if !(turned && headed && time_s.is_finite()) {
             losses.impossible += 1;
             return;
@@ -220,7 +226,7 @@ impl<'s> Reader<'s> {
     }
 
     fn heading(&mut self, time_s: f64, heading_rad: f64, losses: &mut Losses) -> Option<()> {
-        if heading_rad.abs() <= 6.284 {
+        if heading_rad.abs() <= TAU + SLACK_RAD {
             self.sink.heading(&Heading {
                 time_s,
                 heading_rad,
@@ -314,7 +320,8 @@ fn unix_s(frame: &Frame) -> Option<f64> {
 
 fn beam(raw: &Detection, rate_hz: f64) -> BeamSample {
     let two_way_s = f64::from(raw.samples) / rate_hz;
-    let possible = two_way_s > 0.0 && two_way_s < 60.0 && raw.angle_rad.abs() <= 3.2;
+    let possible =
+        two_way_s > 0.0 && two_way_s < 60.0 && f64::from(raw.angle_rad).abs() <= PI + SLACK_RAD;
     BeamSample {
         number: raw.beam.into(),
         sector: 0,
