@@ -3,3 +3,5 @@
 pub mod choices;
 pub mod metric;
 pub mod quality;
+pub mod tried;
+pub mod vary;

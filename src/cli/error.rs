@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use crate::budget::ledger::LedgerError;
-use crate::budget::passes::PassError;
-use crate::budget::sweep::SweepError;
+use crate::calibrate::vary::VaryError;
 use crate::formats::FormatError;
 use crate::geometry::utm::UtmError;
 use crate::procedures::pool::PoolError;
+use crate::procedures::pool::budget::passes::PassError;
 use crate::procedures::usbl::UsblError;
 use crate::report::ReportError;
 use crate::simulate::SimulateError;
@@ -86,7 +86,7 @@ pub enum CliError {
     Ledger(#[from] LedgerError),
     /// A sweep that cannot be run.
     #[error(transparent)]
-    Sweep(#[from] SweepError),
+    Sweep(#[from] VaryError),
     /// A pass that tells nothing.
     #[error(transparent)]
     Pass(#[from] PassError),
@@ -96,15 +96,11 @@ pub enum CliError {
         /// How many.
         found: usize,
     },
-    /// An option that the procedure's budget does not have.
-    #[error(
-        "{option}: found with a {procedure} scenario, expected a pool scenario: only its budget has this option"
-    )]
-    NotForProcedure {
-        /// The option.
-        option: &'static str,
-        /// The procedure.
-        procedure: &'static str,
+    /// A scenario of which no trial can be run.
+    #[error("{fault}")]
+    Untriable {
+        /// What stands against it.
+        fault: String,
     },
     /// A survey of a procedure whose budget needs a truth.
     #[error("{}: whole file: found a {procedure} survey, expected a {procedure} scenario: this budget simulates, and a survey has no truth", file.display())]

@@ -15,7 +15,6 @@ mod calibrate;
 mod check;
 mod demo;
 pub mod error;
-mod named_budget;
 mod plan;
 mod rail;
 mod simulate;

@@ -6,13 +6,11 @@ use std::path::Path;
 use comfy_table::CellAlignment;
 use serde_json::json;
 
-use super::Ending;
 use super::args::{Budget, Calibrate, Check, Demo, Simulate};
 use super::calibrate::{folder_of, place, provenance};
 use super::error::CliError;
-use super::named_budget;
 use super::talk::Talk;
-use crate::budget::named::rail::RailTrials;
+use super::{Ending, budget};
 use crate::calibrate::choices::Method;
 use crate::observe::Mounting;
 use crate::procedures::rail::simulate::truth::ProfilerTruth;
@@ -21,6 +19,7 @@ use crate::procedures::rail::survey::scenario::parse_scenario;
 use crate::procedures::rail::survey::{
     LoadedRail, RailScenarioFile, load, read_scenario, write_rail,
 };
+use crate::procedures::rail::trials::RailTrials;
 use crate::procedures::rail::{self, RailInput, RailScene, summary, verdict};
 use crate::report;
 use crate::report::text::ruled_table;
@@ -44,7 +43,7 @@ pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
 
 /// `boresight budget`.
 pub fn budget(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
-    named_budget::needs_scenario(&args.scenario, "rail")?;
+    budget::needs_scenario(&args.scenario, "rail")?;
     talk.step(&format!("reading {}", args.scenario.display()));
     let file = read_scenario(&args.scenario)?;
     let (reference, joint) = file.calibration(&args.scenario)?;
@@ -54,7 +53,7 @@ pub fn budget(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
         reference,
         joint,
     };
-    named_budget::run(&trials, args, talk)
+    budget::of(&trials, args, talk)
 }
 
 fn ending(result: &RailResult) -> Ending {

@@ -7,18 +7,17 @@ use comfy_table::CellAlignment;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::json;
 
-use super::Ending;
 use super::args::{Budget, Calibrate, Check, Demo, Simulate};
 use super::calibrate::{folder_of, notes, place, provenance};
 use super::error::CliError;
-use super::named_budget;
 use super::talk::Talk;
-use crate::budget::named::usbl::UsblTrials;
+use super::{Ending, budget};
 use crate::calibrate::choices::Method;
 use crate::geometry::rotation;
 use crate::observe::usbl::Role;
 use crate::procedures::usbl::simulate::{DEMO, Simulated, Truth, simulate as simulated};
 use crate::procedures::usbl::survey::{LoadedUsbl, UsblScenarioFile, load, scenario, write_survey};
+use crate::procedures::usbl::trials::UsblTrials;
 use crate::procedures::usbl::{self, Layout, Scene, UsblInput, summary};
 use crate::report;
 use crate::report::text::ruled_table;
@@ -141,7 +140,7 @@ fn written(
 
 /// `boresight budget`.
 pub fn budget(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
-    named_budget::needs_scenario(&args.scenario, "usbl")?;
+    budget::needs_scenario(&args.scenario, "usbl")?;
     talk.step(&format!("reading {}", args.scenario.display()));
     let file = scenario::read(&args.scenario)?;
     let calibration = file.calibration(&args.scenario)?;
@@ -150,7 +149,7 @@ pub fn budget(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
         reference: calibration.reference,
         joint: calibration.joint,
     };
-    named_budget::run(&trials, args, talk)
+    budget::of(&trials, args, talk)
 }
 
 /// `boresight demo usbl`: simulate, write the survey, read it again, calibrate, report, compare with the truth.

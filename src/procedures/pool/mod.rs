@@ -15,9 +15,11 @@
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
 //! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
+//! | [`budget`] | its error sources: trials, propagation, swath, plan |
 //! | [`designed`] | what a pass would tell whose mounting and target are known |
 
 pub mod apply;
+pub mod budget;
 pub mod conditions;
 pub mod config;
 pub mod coverage;

@@ -26,6 +26,7 @@ pub mod simulate;
 pub mod summary;
 pub mod survey;
 pub mod trial;
+pub mod trials;
 pub mod verdict;
 
 pub use config::{RailJointConfig, RailReferenceConfig};

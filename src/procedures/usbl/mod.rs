@@ -21,6 +21,7 @@ pub mod simulate;
 pub mod start;
 pub mod summary;
 pub mod survey;
+pub mod trials;
 pub mod verdict;
 pub mod verify;
 
