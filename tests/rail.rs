@@ -59,7 +59,12 @@ fn an_undetected_error_has_its_effect_on_every_profiler() {
     let survey = simulate(&thin(), &chn60(), 1).expect("a survey");
     let (rail, configs) = (chn60(), Default::default());
     let outcome = calibrated(&survey.campaign, &rail, &configs);
-    let joint = outcome.joint.as_ref().expect("ran");
+    let joint = outcome
+        .joint
+        .as_ref()
+        .expect("ran")
+        .as_ref()
+        .expect("solved");
     let effects = &joint.quality.effects;
     assert_eq!(effects.len(), joint.blocks.sought());
     assert!(

@@ -5,19 +5,18 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 use super::Ending;
 use super::args::Budget;
-use super::calibrate::{folder_of, input};
+use super::calibrate::folder_of;
 use super::error::CliError;
 use super::talk::Talk;
 use crate::budget::experiment::{Ended, Experiment};
 use crate::budget::{DEPTHS_M, budget};
-use crate::calibrate::choices::Method;
+use crate::calibrate::seam::Settings;
 use crate::calibrate::tried::{Tried, name_of};
 use crate::calibrate::vary::points;
-use crate::procedures::pool::budget::trials::{Configuration, PoolObserved, PoolTrials};
+use crate::procedures;
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetResult, JOINT};
-use crate::survey::claims::claims;
-use crate::survey::{self, scenario};
+use crate::survey::is_survey;
 
 /// Subfolder of the ledgers.
 const TRIALS: &str = "trials";
@@ -31,58 +30,31 @@ const DEFAULT_SINGLE: u64 = 50;
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Runs the command on a pool's scenario or survey.
+/// Runs the command.
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
-    if is_survey(&args.scenario) {
-        return of_survey(args, talk);
+    let procedure = procedures::of_file(&args.scenario)?;
+    if !std::fs::read_to_string(&args.scenario).is_ok_and(|text| is_survey(&text)) {
+        return of(&*procedures::scenario(&args.scenario)?.tried()?, args, talk);
     }
-    let file = scenario::read(&args.scenario)?;
-    let calibration = file.calibration(&args.scenario)?;
-    let trials = PoolTrials {
-        scenario: file.scenario,
-        configuration: Configuration {
-            sequential: calibration.sequential,
-            joint: calibration.joint,
-        },
-    };
-    of(&trials, args, talk)
-}
-
-fn is_survey(file: &Path) -> bool {
-    std::fs::read_to_string(file).is_ok_and(|text| survey::is_survey(&text))
-}
-
-/// Refuses a survey: nobody knows its truth.
-pub fn needs_scenario(file: &Path, procedure: &'static str) -> Result<(), CliError> {
-    if is_survey(file) {
-        let file = file.to_owned();
+    let file = args.scenario.clone();
+    if !procedure.uses().survey_budget {
+        let procedure = procedure.name();
         return Err(CliError::NeedsScenario { file, procedure });
     }
-    Ok(())
-}
-
-/// The budget of a survey as it was observed: by propagation only.
-fn of_survey(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
-    let survey = survey::load(&args.scenario)?;
-    let Some(claims) = claims(&survey) else {
-        let file = args.scenario.clone();
-        return Err(CliError::NoScanner { file });
+    let survey = procedures::read(&file)?;
+    let settings = Settings {
+        seed: Some(args.seed),
+        ..Settings::default()
     };
-    let observed = PoolObserved {
-        claims,
-        configuration: Configuration {
-            sequential: survey.file.sequential.clone(),
-            joint: survey.file.joint.clone(),
-        },
-        input: input(&survey, Method::Both, args.seed),
-        notes: survey.notes.clone(),
-    };
-    of(&observed, args, talk)
+    match survey.observed(&settings)? {
+        Some(observed) => of(&*observed, args, talk),
+        None => Err(CliError::NoScanner { file }),
+    }
 }
 
 /// The budget of whatever can be tried.
-pub fn of(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
+fn of(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     let experiment = experiment(tried, args)?;
     let folder = folder(args, tried.scenario());
     let trials_folder = folder.join(TRIALS);

@@ -10,13 +10,14 @@ use super::error::CliError;
 use super::talk::Talk;
 use crate::calibrate::tried::name_of;
 use crate::calibrate::vary::{Point, Vary, VaryError, at, points};
+use crate::procedures;
 use crate::procedures::pool::budget::plan::{PlanRequest, candidates};
 use crate::procedures::pool::budget::planned::{BEST_PUBLISHED, NAMES, planned};
 use crate::procedures::pool::budget::trials::ALIASES;
+use crate::procedures::pool::survey::scenario;
 use crate::report::{self, plan as pages};
 use crate::results::PlanCriterion;
 use crate::simulate::Scenario;
-use crate::survey::scenario;
 
 /// Standard deviations wanted: pitch, roll, yaw (rad), lx, ly, lz (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +58,7 @@ impl FromStr for Wanted {
 /// Runs the command.
 pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
+    procedures::of_file(&args.scenario)?;
     let file = scenario::read(&args.scenario)?;
     let config = file.calibration(&args.scenario)?.joint;
     if args.vary.len() > 2 {

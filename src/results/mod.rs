@@ -6,6 +6,7 @@
 //! Nothing here calculates. Lengths are metres, angles degrees where a name ends in `_deg` and radians inside covariances. What could not
 //! be determined is `None` (`null` in the file), never NaN.
 
+mod any;
 mod budget;
 mod comparison;
 mod parameters;
@@ -18,8 +19,10 @@ mod samples;
 mod solution;
 mod swath;
 mod usbl;
+mod verdict;
 mod write;
 
+pub use any::AnyResult;
 pub use budget::{
     Agreement, BUDGET_FORMAT_VERSION, BudgetParameter, BudgetResult, Figures, Interval, JOINT,
     Nees, Origin, PathBudget, PathStatistics, RefusalCount, Reported, SourceDescription,
@@ -57,6 +60,7 @@ pub use usbl::{
     UsblBeacon, UsblFixSample, UsblIteration, UsblJoint, UsblPrintedAngles, UsblReference,
     UsblResiduals, UsblResult, UsblSamples, UsblSolutions, UsblTruth, UsblVerification,
 };
+pub use verdict::{Finding, Severity, Verdict, VerdictState};
 pub use write::{WriteError, write_whole};
 
 /// A 3 by 3 matrix by rows.

@@ -202,7 +202,7 @@ pub fn number(value: &DeValue<'_>) -> Option<f64> {
 #[must_use]
 pub fn utm_zone(value: &DeValue<'_>) -> Option<i8> {
     let zone = match value {
-        DeValue::String(text) => return super::file::UtmZone::parse(text),
+        DeValue::String(text) => return super::sections::UtmZone::parse(text),
         _ if value.is_integer() => number(value)?,
         _ => return None,
     };
@@ -249,7 +249,7 @@ fn known_keys(name: &str, keys: &[Key]) -> String {
 }
 
 /// The candidate that is most like `word`.
-fn nearest<'w>(word: &str, candidates: impl Iterator<Item = &'w str>) -> Option<&'w str> {
+pub fn nearest<'w>(word: &str, candidates: impl Iterator<Item = &'w str>) -> Option<&'w str> {
     candidates.max_by(|a, b| likeness(word, a).total_cmp(&likeness(word, b)))
 }
 

@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | [`procedure`] | the calibration behind the seam |
 //! | [`run`] | the whole in memory: [`run::calibrate`] |
 //! | [`scene`] | trajectory, refined target pose, rough mounting |
 //! | [`frame`] | how the refined pose follows each laser point |
@@ -13,6 +14,7 @@
 //! | [`verdict`] | when there is no usable result |
 //! | [`influence`] | first derivatives of both paths by every observation's error |
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
+//! | [`survey`] | survey and scenario files |
 //! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
 //! | [`budget`] | its error sources: trials, propagation, swath, plan |
@@ -20,6 +22,7 @@
 
 pub mod apply;
 pub mod budget;
+mod check;
 pub mod conditions;
 pub mod config;
 pub mod coverage;
@@ -30,10 +33,12 @@ pub mod joint;
 pub mod planes;
 mod poses;
 pub mod preview;
+pub mod procedure;
 pub mod run;
 pub mod scene;
 pub mod sequential;
 pub mod summary;
+pub mod survey;
 pub mod ties;
 pub mod verdict;
 

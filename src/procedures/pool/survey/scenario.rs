@@ -3,20 +3,23 @@
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
-use super::document::Document;
-use super::procedure::OF_SCENARIO;
-use super::{keys, schema};
+use super::keys;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
 use crate::simulate::scenario::complaint;
+use crate::survey::document::Document;
+use crate::survey::problem::ScenarioError;
+use crate::survey::procedure::OF_SCENARIO;
+use crate::survey::schema;
 
 /// A scenario, and what it says of the survey files and the calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenarioFile {
+    /// The file, for messages.
+    pub file: PathBuf,
     /// What is simulated.
     pub scenario: Scenario,
     /// Name of the trajectory file to write: `.csv`, `.out` or `.sbet`.
@@ -29,29 +32,22 @@ pub struct ScenarioFile {
     pub calibration: toml::Table,
 }
 
-/// What is wrong with a scenario file; every fault that can be told at once.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{}", list(file, faults))]
-pub struct ScenarioError {
-    /// The file.
-    pub file: PathBuf,
-    /// One sentence each: place, found, expected.
-    pub faults: Vec<String>,
-}
-
-fn list(file: &Path, faults: &[String]) -> String {
-    let line = |fault: &String| format!("{}: {fault}", file.display());
-    faults.iter().map(line).collect::<Vec<_>>().join("\n")
-}
-
 /// Reads a scenario file; a target given as a path is read from beside it.
 ///
 /// # Errors
 /// [`ScenarioError`]: unreadable, not TOML, unknown keys (all of them, with the nearest known one), wrong types, impossible values.
 pub fn read(file: &Path) -> Result<ScenarioFile, ScenarioError> {
     let text = std::fs::read_to_string(file).map_err(|error| fault(file, error.to_string()))?;
+    beside(file, &text)
+}
+
+/// The scenario in the text of a file; a target given as a path is read from beside the file.
+///
+/// # Errors
+/// As [`read`].
+pub fn beside(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError> {
     let folder = file.parent().unwrap_or(Path::new("."));
-    parse(file, &text, |model| {
+    parse(file, text, |model| {
         std::fs::read_to_string(folder.join(model))
     })
 }
@@ -153,6 +149,7 @@ fn parse(
         "trajectory.csv"
     };
     Ok(ScenarioFile {
+        file: file.to_owned(),
         trajectory: trajectory.unwrap_or_else(|| recorded.to_owned()),
         lidar,
         multibeam,
@@ -357,10 +354,9 @@ mod tests {
         );
         let target = faults_of("kind = \"pool-wall\"\n");
         assert!(target[0].starts_with("found a target file"), "{target:?}");
-        let usbl = faults_of(&format!("procedure = \"usbl\"\n{DEMO}"));
+        let usbl = faults_of(&DEMO.replace("procedure = \"pool\"", "procedure = \"usbl\""));
         assert!(usbl[0].starts_with("found a usbl file"), "{}", usbl[0]);
-        let text = format!("procedure = \"pool\"\n{DEMO}");
-        assert!(from_text(Path::new("s.toml"), &text).is_ok());
+        assert!(from_text(Path::new("s.toml"), DEMO).is_ok());
     }
 
     #[test]
