@@ -133,12 +133,12 @@ impl Survey {
     }
 
     /// Keeps the `keep` worst.
-    fn rank(&mut self, one: ConditionQuality, effects: &[f64], keep: usize) {
+    fn rank(&mut self, mut one: ConditionQuality, effects: &[f64], keep: usize) {
         if one.normalised.abs() < self.floor {
             return;
         }
-        let effects = effects.to_vec();
-        self.worst.push(ConditionQuality { effects, ..one });
+        one.effects = effects.to_vec();
+        self.worst.push(one);
         if self.worst.len() >= 2 * keep + 64 {
             self.cut(keep);
         }
