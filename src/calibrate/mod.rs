@@ -5,3 +5,4 @@ pub mod metric;
 pub mod quality;
 pub mod seam;
 pub mod tried;
+pub mod vary;

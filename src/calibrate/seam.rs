@@ -76,6 +76,15 @@ pub trait Loaded: Sync {
     /// # Errors
     /// As [`Self::calibrate`].
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError>;
+
+    /// The survey for the error budget: what the errors that it claims do to its own calibration ([`Uses::survey_budget`]). `None`
+    /// where it does not say how its instruments err.
+    ///
+    /// # Errors
+    /// [`InputError`] for input that no budget can be made of.
+    fn observed(&self, _settings: &Settings) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
+        Ok(None)
+    }
 }
 
 /// A scenario.
@@ -97,11 +106,11 @@ pub trait ScenarioRun: Sync {
         progress: Progress<'_>,
     ) -> Result<Simulated, InputError>;
 
-    /// The same scenario on trial, for the error budget; `None` where the procedure has no such budget yet.
+    /// The same scenario on trial, for the error budget.
     ///
     /// # Errors
     /// [`InputError`] when its sections about the calibration cannot be read.
-    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError>;
+    fn tried(&self) -> Result<Box<dyn Tried + '_>, InputError>;
 }
 
 /// Which settings a procedure has a use for; those it has not are refused, never ignored.

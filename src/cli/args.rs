@@ -6,8 +6,8 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
 use super::plan::Wanted;
-use crate::budget::sweep::Vary;
 use crate::calibrate::choices::Method;
+use crate::calibrate::vary::Vary;
 use crate::procedures;
 
 const ABOUT: &str = "Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true";
@@ -389,9 +389,9 @@ pub struct Budget {
     #[arg(long, value_name = "KEY=VALUES", requires = "trials")]
     pub vary: Vec<Vary>,
     /// Depths below the sonar at which uncertainty across the swath is shown, metres
-    #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive, default_values_t = crate::budget::soundings::DEPTHS_M)]
+    #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive, default_values_t = crate::budget::DEPTHS_M)]
     pub depth: Vec<f64>,
-    /// Go on with the trials that are in the folder
+    /// Continue with the trials that are in the folder
     #[arg(long, requires = "trials")]
     pub resume: bool,
     /// Folder to write into [default: named after the scenario, with -budget]

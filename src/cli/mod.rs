@@ -15,7 +15,6 @@ mod check;
 mod demo;
 pub mod error;
 mod info;
-mod named_budget;
 mod plan;
 mod simulate;
 mod talk;

@@ -1,6 +1,6 @@
 //! Numbers and names as readers expect them.
 
-use crate::results::{Angles, SixFigures, SixSigmas, SixValues, Status};
+use crate::results::{Angles, SixSigmas, SixValues, Status};
 
 /// One of the six parameters, with what is shown of it.
 pub struct Row {
@@ -64,20 +64,32 @@ pub fn shown_sigmas(s: &SixSigmas) -> [f64; 6] {
     ]
 }
 
-/// Figures in the rows' units.
-pub fn shown_figures(six: &SixFigures) -> [f64; 6] {
-    let [pitch, roll, yaw, x, y, z] = six.in_order();
-    let [x, y, z] = [x, y, z].map(millimetres);
-    [pitch, roll, yaw, x, y, z]
-}
-
 /// Three significant digits.
 pub fn three_digits(value: f64) -> String {
+    significant(value, 3.0)
+}
+
+/// Four significant digits.
+pub fn four_digits(value: f64) -> String {
+    significant(value, 4.0)
+}
+
+fn significant(value: f64, digits: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return "0".to_owned();
     }
-    let decimals = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    let decimals = (digits - 1.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{value:.decimals$}")
+}
+
+/// The unit that a figure of a parameter is shown in, and the factor to it.
+pub fn finer(unit: &str) -> (&str, f64) {
+    match unit {
+        "m" => ("mm", 1e3),
+        "s" => ("ms", 1e3),
+        "1" => ("ppm", 1e6),
+        unit => (unit, 1.0),
+    }
 }
 
 /// In the rows' order.
@@ -141,6 +153,14 @@ mod tests {
         assert_eq!(
             [0, 999, 1000, 114763, 10000000].map(grouped),
             ["0", "999", "1 000", "114 763", "10 000 000"]
+        );
+    }
+
+    #[test]
+    fn four_digits_count() {
+        assert_eq!(
+            [0.0123456, 123.456, -1.0, 0.0].map(four_digits),
+            ["0.01235", "123.5", "-1.000", "0"]
         );
     }
 

@@ -9,7 +9,6 @@
 mod any;
 mod budget;
 mod comparison;
-mod named_budget;
 mod parameters;
 mod plan;
 mod pool;
@@ -25,15 +24,11 @@ mod write;
 
 pub use any::AnyResult;
 pub use budget::{
-    Agreement, BUDGET_FORMAT_VERSION, BudgetPath, BudgetResult, Interval, Nees, Origin, PathBudget,
-    PathStatistics, RefusalCount, Reported, SixFigures, SourceDescription, SourceShare, Sweep,
-    SweepPoint, SweepValue,
+    Agreement, BUDGET_FORMAT_VERSION, BudgetParameter, BudgetResult, Figures, Interval, JOINT,
+    Nees, Origin, PathBudget, PathStatistics, RefusalCount, Reported, SourceDescription,
+    SourceShare, Sweep, SweepPoint, SweepValue,
 };
 pub use comparison::{Comparison, Difference, ResidualRms};
-pub use named_budget::{
-    NAMED_BUDGET_FORMAT_VERSION, NamedBudget, NamedFigures, NamedHonesty, NamedParameter,
-    NamedPath, NamedRefusal, NamedShare, NamedSource,
-};
 pub use parameters::{Parameter, ParameterComparison, ParameterDifference};
 pub use plan::{
     PLAN_FORMAT_VERSION, PlanCandidate, PlanCriterion, PlanResult, PlanStep, PlanVariation,

@@ -5,9 +5,11 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3, Vector6};
 use serde_json::Value;
 
+use super::budget::trials::{Configuration, PoolObserved, PoolTrials};
 use super::check::checked;
 use super::preview::preview;
 use super::summary::{self, Dropped};
+use super::survey::claims::claims;
 use super::survey::{LoadedSurvey, ScenarioFile, load, scenario, write_survey};
 use super::{PoolInput, calibrate};
 use crate::calibrate::seam::{
@@ -94,6 +96,19 @@ impl Loaded for LoadedSurvey {
         let preview = preview(&input(self, settings)).map_err(InputError::unworkable)?;
         Ok(checked(self, &preview))
     }
+
+    fn observed(&self, settings: &Settings) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
+        let observed = |claims| PoolObserved {
+            claims,
+            configuration: Configuration {
+                sequential: self.file.sequential.clone(),
+                joint: self.file.joint.clone(),
+            },
+            input: input(self, settings),
+            notes: self.notes.clone(),
+        };
+        Ok(claims(self).map(|claims| Box::new(observed(claims)) as Box<dyn Tried>))
+    }
 }
 
 /// A loaded survey as the calibration takes it.
@@ -139,8 +154,15 @@ impl ScenarioRun for ScenarioFile {
         })
     }
 
-    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
-        Ok(None)
+    fn tried(&self) -> Result<Box<dyn Tried + '_>, InputError> {
+        let calibration = self.calibration(&self.file)?;
+        Ok(Box::new(PoolTrials {
+            scenario: self.scenario.clone(),
+            configuration: Configuration {
+                sequential: calibration.sequential,
+                joint: calibration.joint,
+            },
+        }))
     }
 }
 

@@ -143,13 +143,13 @@ impl ScenarioRun for RailRun {
         })
     }
 
-    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
-        Ok(Some(Box::new(RailTrials {
+    fn tried(&self) -> Result<Box<dyn Tried + '_>, InputError> {
+        Ok(Box::new(RailTrials {
             scenario: self.read.scenario.clone(),
             rail: self.read.rail.clone(),
             reference: self.reference.clone(),
             joint: self.joint.clone(),
-        })))
+        }))
     }
 }
 

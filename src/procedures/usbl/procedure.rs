@@ -131,12 +131,12 @@ impl ScenarioRun for UsblRun {
         })
     }
 
-    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
-        Ok(Some(Box::new(UsblTrials {
+    fn tried(&self) -> Result<Box<dyn Tried + '_>, InputError> {
+        Ok(Box::new(UsblTrials {
             scenario: self.read.scenario.clone(),
             reference: self.calibration.reference,
             joint: self.calibration.joint,
-        })))
+        }))
     }
 }
 

@@ -6,8 +6,8 @@
 mod payload;
 
 use crate::results::{
-    BudgetResult, NamedBudget, PlanResult, PoolResult, RailResult, RailSamples, ReportSamples,
-    UsblResult, UsblSamples,
+    BudgetResult, PlanResult, PoolResult, RailResult, RailSamples, ReportSamples, UsblResult,
+    UsblSamples,
 };
 use serde::Serialize;
 
@@ -25,22 +25,19 @@ const SCRIPTS: [&str; 7] = [
 
 /// Of pages whose sections the scripts make themselves.
 const BARE: &str = include_str!("bare.html");
-const BUDGET: [&str; 6] = [
+const BUDGET: [&str; 7] = [
     include_str!("elements.js"),
     include_str!("plots.js"),
+    include_str!("sought.js"),
     include_str!("shares.js"),
     include_str!("curves.js"),
     include_str!("honesty.js"),
     include_str!("budget.js"),
 ];
-const NAMED_BUDGET: [&str; 3] = [
+const PLAN: [&str; 4] = [
     include_str!("elements.js"),
     include_str!("plots.js"),
-    include_str!("named_budget.js"),
-];
-const PLAN: [&str; 3] = [
-    include_str!("elements.js"),
-    include_str!("plots.js"),
+    include_str!("sought.js"),
     include_str!("plan.js"),
 ];
 const RAIL: [&str; 3] = [
@@ -67,19 +64,9 @@ struct Data<'a, R> {
 /// # Errors
 /// As [`render`].
 pub fn budget(result: &BudgetResult) -> serde_json::Result<String> {
-    let kind = "error budget of a calibration";
-    let headline = super::budget_headline(result);
-    bare(kind, &result.scenario, &headline, result, &BUDGET)
-}
-
-/// `report.html` of an error budget of named parameters.
-///
-/// # Errors
-/// As [`render`].
-pub fn named_budget(result: &NamedBudget) -> serde_json::Result<String> {
     let kind = format!("error budget of a {} calibration", result.procedure);
-    let headline = super::named_budget::headline(result);
-    bare(&kind, &result.scenario, &headline, result, &NAMED_BUDGET)
+    let headline = super::budget_headline(result);
+    bare(&kind, &result.scenario, &headline, result, &BUDGET)
 }
 
 /// `plan.html`.

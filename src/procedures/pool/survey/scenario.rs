@@ -1,6 +1,6 @@
 //! Scenario files: a survey file's keys plus what only the simulator needs; read with every fault named at once.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -18,6 +18,8 @@ use crate::survey::schema;
 /// A scenario, and what it says of the survey files and the calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenarioFile {
+    /// The file, for messages.
+    pub file: PathBuf,
     /// What is simulated.
     pub scenario: Scenario,
     /// Name of the trajectory file to write: `.csv`, `.out` or `.sbet`.
@@ -147,6 +149,7 @@ fn parse(
         "trajectory.csv"
     };
     Ok(ScenarioFile {
+        file: file.to_owned(),
         trajectory: trajectory.unwrap_or_else(|| recorded.to_owned()),
         lidar,
         multibeam,
