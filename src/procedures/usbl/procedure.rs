@@ -19,6 +19,7 @@ use crate::calibrate::tried::Tried;
 use crate::geometry::rotation;
 use crate::observe::usbl::Role;
 use crate::results::{Angles, AnyResult, UsblResult, UsblTruth};
+use crate::survey::schema::Key;
 
 /// An ultra-short baseline transducer against surveyed beacons.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +36,10 @@ impl Procedure for Usbl {
 
     fn demo(&self) -> String {
         DEMO.to_owned()
+    }
+
+    fn survey_keys(&self) -> &'static [Key] {
+        super::survey::file::UsblFile::KEYS
     }
 
     fn uses(&self) -> Uses {
