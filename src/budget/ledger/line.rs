@@ -68,7 +68,7 @@ impl Columns {
     }
 
     /// A record with its line end.
-    pub(super) fn to_line(&self, trial: &Trial) -> Vec<u8> {
+    pub(super) fn line(&self, trial: &Trial) -> Vec<u8> {
         let mut fields = vec![trial.seed.to_string()];
         for (path, outcome) in trial.paths.iter().enumerate() {
             match outcome {
@@ -98,7 +98,7 @@ impl Columns {
         fields.push(said.variance_factor.map_or_else(String::new, exact));
     }
 
-    pub(super) fn from_line(&self, line: &[u8]) -> Option<Trial> {
+    pub(super) fn parse_line(&self, line: &[u8]) -> Option<Trial> {
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .from_reader(line);

@@ -175,7 +175,7 @@ impl Ledger {
     /// # Errors
     /// [`LedgerError::System`].
     pub fn append(&mut self, trial: &Trial) -> Result<(), LedgerError> {
-        let line = self.columns.to_line(trial);
+        let line = self.columns.line(trial);
         self.out
             .write_all(&line)
             .map_err(|e| system(&self.file, &e))
@@ -301,7 +301,7 @@ impl Records {
         let line = self.line()?;
         let found = line
             .ends_with(b"\n")
-            .then(|| self.columns.from_line(&line))
+            .then(|| self.columns.parse_line(&line))
             .flatten()
             .filter(|trial| trial.seed == self.seed);
         let Some(trial) = found else {

@@ -337,8 +337,7 @@ fn of_joint(joint: &JointOutcome, truth: &Truth) -> Said {
     let x = &joint.solution.estimate.parameters;
     let unknown = optional(joint);
     let mut error = errors(&joint.mounting, truth).to_vec();
-    let of_unknown =
-        |(id, truth_of): &(BlockId, fn(&Truth) -> f64)| x.euclidean(*id)[0] - truth_of(truth);
+    let of_unknown = |(id, truth_of): &(BlockId, TruthOf)| x.euclidean(*id)[0] - truth_of(truth);
     error.extend(unknown.iter().map(of_unknown));
     let mut columns: Vec<usize> = (0..6).collect();
     columns.extend(unknown.iter().map(|(id, _)| x.offset(*id)));
@@ -356,10 +355,13 @@ fn of_joint(joint: &JointOutcome, truth: &Truth) -> Said {
     }
 }
 
+/// An unknown's value in the truth.
+type TruthOf = fn(&Truth) -> f64;
+
 /// Latency and range scale where they were unknowns, with their truth.
-fn optional(joint: &JointOutcome) -> Vec<(BlockId, fn(&Truth) -> f64)> {
-    let latency: fn(&Truth) -> f64 = |truth| truth.latency_s;
-    let range_scale: fn(&Truth) -> f64 = |truth| truth.range_scale;
+fn optional(joint: &JointOutcome) -> Vec<(BlockId, TruthOf)> {
+    let latency: TruthOf = |truth| truth.latency_s;
+    let range_scale: TruthOf = |truth| truth.range_scale;
     let unknowns = [
         (joint.blocks.latency, latency),
         (joint.blocks.range_scale, range_scale),
