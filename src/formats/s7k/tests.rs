@@ -36,7 +36,7 @@ impl Sink for All {
 /// A record by hand, at noon of the 44th day of 2014 and 1.5 seconds.
 fn record(kind: u32, data: &Out) -> Vec<u8> {
     let mut out = Out::new(false);
-    out.u16(5).u16(60).u32(raw::SYNC);
+    out.u16(5).u16(60).u32(SYNC);
     out.u32((FRAME + data.data.len() + 4) as u32).u32(0).u32(0);
     out.u16(2014).u16(44).f32(1.5).u8(12).u8(0).u16(0);
     out.u32(kind).u32(7125).u16(0).zeros(6).u16(1).zeros(14);
