@@ -56,7 +56,7 @@ impl Writer<'_> {
         self.comment(key.about);
         let need = if key.required { "needed; " } else { "" };
         self.comment(&format!("{need}{}", describe(&key.kind)));
-        let value = shown_default(key).unwrap_or_else(|| example(&key.kind));
+        let value = allowed_default(key).unwrap_or_else(|| example(&key.kind));
         self.text
             .push_str(&format!("{mark}{} = {value}\n", key.name));
     }
@@ -93,6 +93,16 @@ impl Writer<'_> {
 /// The default as it would stand in the file.
 fn shown_default(key: &Key) -> Option<String> {
     Some((key.default?)()?.to_string())
+}
+
+/// The default where it may be written too: some keys stand at a value outside their limits as long as they are not used.
+fn allowed_default(key: &Key) -> Option<String> {
+    let value = (key.default?)()?;
+    let inside = match key.kind {
+        Kind::Number(limits) => value.as_float().is_none_or(|number| limits.contain(number)),
+        _ => true,
+    };
+    inside.then(|| value.to_string())
 }
 
 /// A value that the kind allows, to be replaced.
