@@ -2,4 +2,7 @@
 
 pub mod choices;
 pub mod metric;
+pub mod conventions;
 pub mod quality;
+pub mod solution;
+pub mod truth;

@@ -1,4 +1,4 @@
-//! `boresight calibrate`: a survey file to `result.json` and `report.html`.
+//! `boresight calibrate`: a survey file to `result.json`, `report.html` and `parameters.csv`.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,8 @@ use super::talk::Talk;
 use crate::procedures::pool::summary::{self, Dropped};
 use crate::procedures::pool::{self, Method, PoolInput};
 use crate::report;
-use crate::results::{InputFile, PoolResult, Provenance, ReportSamples, Software, Truth};
+use crate::results::{Calibration, InputFile, Page, Provenance, Software};
+use crate::simulate::Truth;
 use crate::survey::{self, LoadedSurvey};
 
 /// Runs the command.
@@ -23,26 +24,16 @@ pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
         .out
         .clone()
         .unwrap_or_else(|| folder_of(&survey.file.name));
-    let finished = calibrated(&survey, args.method.into(), args.seed, None, talk)?;
-    let place = write(&folder, &finished, talk)?;
-    let text = format!(
-        "{}{}\n{place}",
-        report::text::summary(&finished.result),
-        notes(&finished.notes)
-    );
-    talk.result(&text, &report::json::to_bytes(&finished.result)?)?;
-    Ok(finished.ending())
+    calibrated(&survey, args.method.into(), args.seed, None, talk)?.told(&folder, talk)
 }
 
 /// A calibration that came to its end, with or without a usable result.
 #[derive(Debug)]
 pub struct Finished {
     /// `result.json`.
-    pub result: PoolResult,
-    /// What the pictures are drawn from.
-    pub samples: ReportSamples,
-    /// Sentences that the reader should know.
-    pub notes: Vec<String>,
+    pub result: Calibration,
+    /// What the report shows beside it.
+    pub page: Page,
 }
 
 impl Finished {
@@ -54,6 +45,30 @@ impl Finished {
             Ending::Unusable
         }
     }
+
+    /// Writes the files and prints the summary with their places.
+    pub fn told(&self, folder: &Path, talk: &Talk) -> Result<Ending, CliError> {
+        self.told_of(None, folder, talk)
+    }
+
+    /// The same, with the survey that was simulated for it.
+    pub fn told_of(
+        &self,
+        survey: Option<&Path>,
+        folder: &Path,
+        talk: &Talk,
+    ) -> Result<Ending, CliError> {
+        talk.step(&format!("writing {}", folder.display()));
+        let written = report::write_all(folder, &self.result, &self.page)?;
+        let survey = survey.map_or_else(String::new, |s| format!("Survey  {}\n", s.display()));
+        let text = format!(
+            "{}\n{survey}{}",
+            report::text::summary(&self.result, &self.page),
+            place(&written)
+        );
+        talk.result(&text, &report::json::to_bytes(&self.result)?)?;
+        Ok(self.ending())
+    }
 }
 
 /// Calibrates a survey in memory.
@@ -61,7 +76,7 @@ pub fn calibrated(
     survey: &LoadedSurvey,
     method: Method,
     seed: u64,
-    truth: Option<Truth>,
+    truth: Option<&Truth>,
     talk: &Talk,
 ) -> Result<Finished, CliError> {
     let input = input(survey, method, seed);
@@ -71,24 +86,10 @@ pub fn calibrated(
         soundings: survey.counts.soundings_dropped as u64,
         returns: survey.counts.laser_dropped as u64,
     };
-    let result = summary::result(
-        &outcome,
-        &input,
-        dropped,
-        provenance(&survey.file, &survey.inputs, method, seed)?,
-    );
-    let samples = summary::samples(&outcome, &survey.file.name, truth);
-    let notes = survey
-        .notes
-        .iter()
-        .chain(&outcome.scene.notes)
-        .cloned()
-        .collect();
-    Ok(Finished {
-        result,
-        samples,
-        notes,
-    })
+    let provenance = provenance(&survey.file, &survey.inputs, method, seed)?;
+    let result = summary::result(&outcome, &input, dropped, &survey.notes, provenance)?;
+    let page = summary::page(&outcome, &result, &survey.file.name, truth)?;
+    Ok(Finished { result, page })
 }
 
 /// A loaded survey as the calibration takes it.
@@ -124,19 +125,13 @@ pub fn provenance(
 }
 
 /// Where a result's files are, for the terminal.
-pub fn place(written: &report::Written) -> String {
+fn place(written: &report::Written) -> String {
     format!(
-        "Result  {}\nReport  {}\n",
+        "Result  {}\nReport  {}\nTable   {}\n",
         written.result.display(),
-        written.report.display()
+        written.report.display(),
+        written.parameters.display()
     )
-}
-
-/// Writes both files and says where they are.
-pub fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<String, CliError> {
-    talk.step(&format!("writing {}", folder.display()));
-    let written = report::write_all(folder, &finished.result, &finished.samples)?;
-    Ok(place(&written))
 }
 
 /// The notes as a paragraph, empty without any.

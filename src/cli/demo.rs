@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use super::args::Demo;
-use super::calibrate::{calibrated, notes, write};
+use super::calibrate::calibrated;
 use super::error::CliError;
 use super::talk::Talk;
-use super::{Ending, simulate, truth};
+use super::{Ending, simulate};
 use crate::calibrate::choices::Method;
-use crate::report;
 use crate::survey::write::SURVEY_FILE;
 use crate::survey::{self, ScenarioFile, scenario};
 
@@ -18,24 +17,9 @@ pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let simulated = simulate::written(&scenario()?, args.seed, &folder, talk)?;
     talk.step("reading the survey");
     let survey = survey::load(&folder.join(SURVEY_FILE))?;
-    let truth = &simulated.truth;
-    let finished = calibrated(
-        &survey,
-        Method::Both,
-        args.seed,
-        Some(truth::for_report(truth)),
-        talk,
-    )?;
-    let place = write(&args.out, &finished, talk)?;
-    let text = format!(
-        "{}{}\n{}\nSurvey  {}\n{place}",
-        report::text::summary(&finished.result),
-        notes(&finished.notes),
-        truth::table(&finished.result, truth),
-        folder.join(SURVEY_FILE).display(),
-    );
-    talk.result(&text, &report::json::to_bytes(&finished.result)?)?;
-    Ok(finished.ending())
+    let truth = Some(&simulated.truth);
+    let finished = calibrated(&survey, Method::Both, args.seed, truth, talk)?;
+    finished.told_of(Some(&folder.join(SURVEY_FILE)), &args.out, talk)
 }
 
 /// The embedded scenario, with the simple joint model as a third column.

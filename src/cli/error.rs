@@ -52,7 +52,7 @@ pub enum CliError {
         found: String,
     },
     /// Not a result of this program.
-    #[error("{}: {found}, expected a result.json of boresight", file.display())]
+    #[error("{}: {found}", file.display())]
     NoResult {
         /// The file.
         file: PathBuf,

@@ -20,7 +20,6 @@ mod plan;
 mod rail;
 mod simulate;
 mod talk;
-mod truth;
 mod usbl;
 
 use std::ffi::OsString;

@@ -8,23 +8,19 @@ use serde_json::json;
 
 use super::Ending;
 use super::args::{Budget, Calibrate, Check, Demo, Simulate};
-use super::calibrate::{folder_of, place, provenance};
+use super::calibrate::{Finished, folder_of, provenance};
 use super::error::CliError;
 use super::named_budget;
 use super::talk::Talk;
 use crate::budget::named::rail::RailTrials;
 use crate::calibrate::choices::Method;
-use crate::observe::Mounting;
-use crate::procedures::rail::simulate::truth::ProfilerTruth;
 use crate::procedures::rail::simulate::{DEMO, RailTruth, SimulatedRail, simulate as simulated};
 use crate::procedures::rail::survey::scenario::parse_scenario;
 use crate::procedures::rail::survey::{
     LoadedRail, RailScenarioFile, load, read_scenario, write_rail,
 };
 use crate::procedures::rail::{self, RailInput, RailScene, summary, verdict};
-use crate::report;
 use crate::report::text::ruled_table;
-use crate::results::{RailResult, RailSamples};
 use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
 
 /// `boresight calibrate`.
@@ -35,11 +31,7 @@ pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
         .out
         .clone()
         .unwrap_or_else(|| folder_of(&survey.file.name));
-    let (result, samples) = calibrated(&survey, args.method.into(), args.seed, None, talk)?;
-    let place = write(&folder, &result, &samples, talk)?;
-    let text = format!("{}\n{place}", report::rail::summary(&result));
-    talk.result(&text, &report::rail::to_bytes(&result)?)?;
-    Ok(ending(&result))
+    calibrated(&survey, args.method.into(), args.seed, None, talk)?.told(&folder, talk)
 }
 
 /// `boresight budget`.
@@ -55,14 +47,6 @@ pub fn budget(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
         joint,
     };
     named_budget::run(&trials, args, talk)
-}
-
-fn ending(result: &RailResult) -> Ending {
-    if result.usable {
-        Ending::Usable
-    } else {
-        Ending::Unusable
-    }
 }
 
 fn input(survey: &LoadedRail, method: Method) -> RailInput<'_> {
@@ -81,31 +65,15 @@ fn calibrated(
     seed: u64,
     truth: Option<&RailTruth>,
     talk: &Talk,
-) -> Result<(RailResult, RailSamples), CliError> {
+) -> Result<Finished, CliError> {
     talk.step("calibrating");
     let input = input(survey, method);
     let outcome = rail::calibrate(&input);
     talk.step("comparing and drawing");
-    let result = summary::result(
-        &outcome,
-        &input,
-        provenance(&survey.file, &survey.inputs, method, seed)?,
-    );
-    let truth: Option<Vec<Mounting>> =
-        truth.map(|t| t.profilers.iter().map(ProfilerTruth::mounting).collect());
-    let samples = summary::samples(&outcome, &survey.file.name, truth.as_deref());
-    Ok((result, samples))
-}
-
-fn write(
-    folder: &Path,
-    result: &RailResult,
-    samples: &RailSamples,
-    talk: &Talk,
-) -> Result<String, CliError> {
-    talk.step(&format!("writing {}", folder.display()));
-    let written = report::write_rail(folder, result, samples)?;
-    Ok(place(&written))
+    let provenance = provenance(&survey.file, &survey.inputs, method, seed)?;
+    let result = summary::result(&outcome, &input, provenance)?;
+    let page = summary::page(&outcome, &result, &survey.file.name, truth)?;
+    Ok(Finished { result, page })
 }
 
 /// `boresight simulate`.
@@ -162,59 +130,9 @@ pub fn demo(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let simulated = written(&file, args.seed, &folder, talk)?;
     talk.step("reading the survey");
     let survey = load(&folder.join(SURVEY_FILE))?;
-    let (result, samples) = calibrated(
-        &survey,
-        Method::Both,
-        args.seed,
-        Some(&simulated.truth),
-        talk,
-    )?;
-    let place = write(&args.out, &result, &samples, talk)?;
-    let text = format!(
-        "{}\n{}\nSurvey  {}\n{place}",
-        report::rail::summary(&result),
-        against(&result, &samples),
-        folder.join(SURVEY_FILE).display()
-    );
-    talk.result(&text, &report::rail::to_bytes(&result)?)?;
-    Ok(ending(&result))
-}
-
-/// Each path's errors against the truth.
-fn against(result: &RailResult, samples: &RailSamples) -> String {
-    let (Some(truth), Some(joint)) = (&samples.truth, &result.solutions.joint) else {
-        return String::new();
-    };
-    let mut table = ruled_table();
-    table.set_header([
-        "error against the truth",
-        "patent's path",
-        "joint",
-        "joint, in sigmas",
-    ]);
-    for (k, p) in joint.parameters.iter().enumerate() {
-        let (scale, unit) = if p.unit == "m" {
-            (1e3, "mm")
-        } else {
-            (1.0, p.unit.as_str())
-        };
-        let error = |errors: &[f64]| errors.get(k).map(|e| e * scale);
-        let shown = |e: Option<f64>| e.map_or(String::new(), |e| format!("{e:+.4}"));
-        let (before, now) = (error(&truth.reference_errors), error(&truth.joint_errors));
-        let sigmas = now
-            .zip(p.standard_deviation)
-            .map(|(e, s)| format!("{:+.1}", e / (s * scale)));
-        table.add_row([
-            format!("{}, {unit}", p.name),
-            shown(before),
-            shown(now),
-            sigmas.unwrap_or_default(),
-        ]);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    format!("{}\n", table.trim_fmt())
+    let truth = Some(&simulated.truth);
+    let finished = calibrated(&survey, Method::Both, args.seed, truth, talk)?;
+    finished.told_of(Some(&folder.join(SURVEY_FILE)), &args.out, talk)
 }
 
 /// `boresight check`.

@@ -3,26 +3,20 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use comfy_table::CellAlignment;
-use nalgebra::{Matrix3, Vector3};
 use serde_json::json;
 
 use super::Ending;
 use super::args::{Budget, Calibrate, Check, Demo, Simulate};
-use super::calibrate::{folder_of, notes, place, provenance};
+use super::calibrate::{Finished, folder_of, notes, provenance};
 use super::error::CliError;
 use super::named_budget;
 use super::talk::Talk;
 use crate::budget::named::usbl::UsblTrials;
 use crate::calibrate::choices::Method;
-use crate::geometry::rotation;
 use crate::observe::usbl::Role;
 use crate::procedures::usbl::simulate::{DEMO, Simulated, Truth, simulate as simulated};
 use crate::procedures::usbl::survey::{LoadedUsbl, UsblScenarioFile, load, scenario, write_survey};
 use crate::procedures::usbl::{self, Layout, Scene, UsblInput, summary};
-use crate::report;
-use crate::report::text::ruled_table;
-use crate::results::{Angles, UsblResult, UsblSamples, UsblTruth};
 use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
 
 /// `boresight calibrate`.
@@ -33,38 +27,14 @@ pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
         .out
         .clone()
         .unwrap_or_else(|| folder_of(&survey.file.name));
-    let finished = calibrated(&survey, args.method.into(), args.seed, None, talk)?;
-    let place = write(&folder, &finished, talk)?;
-    let text = format!(
-        "{}{}\n{place}",
-        report::usbl::summary(&finished.result),
-        notes(&finished.result.notes)
-    );
-    talk.result(&text, &report::usbl::to_bytes(&finished.result)?)?;
-    Ok(finished.ending())
-}
-
-/// A calibration that came to its end, with or without a usable result.
-struct Finished {
-    result: UsblResult,
-    samples: UsblSamples,
-}
-
-impl Finished {
-    fn ending(&self) -> Ending {
-        if self.result.usable {
-            Ending::Usable
-        } else {
-            Ending::Unusable
-        }
-    }
+    calibrated(&survey, args.method.into(), args.seed, None, talk)?.told(&folder, talk)
 }
 
 fn calibrated(
     survey: &LoadedUsbl,
     method: Method,
     seed: u64,
-    truth: Option<UsblTruth>,
+    truth: Option<&Truth>,
     talk: &Talk,
 ) -> Result<Finished, CliError> {
     let input = UsblInput {
@@ -78,16 +48,9 @@ fn calibrated(
     talk.step("comparing and drawing");
     let read = (survey.fixes_read, survey.fixes_dropped);
     let provenance = provenance(&survey.file, &survey.inputs, method, seed)?;
-    Ok(Finished {
-        result: summary::result(&outcome, &input, read, &survey.notes, provenance),
-        samples: summary::samples(&outcome, &survey.file.name, truth),
-    })
-}
-
-fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<String, CliError> {
-    talk.step(&format!("writing {}", folder.display()));
-    let written = report::write_usbl(folder, &finished.result, &finished.samples)?;
-    Ok(place(&written))
+    let result = summary::result(&outcome, &input, read, &survey.notes, provenance)?;
+    let page = summary::page(&outcome, &result, &survey.file.name, truth)?;
+    Ok(Finished { result, page })
 }
 
 /// `boresight simulate`.
@@ -161,94 +124,9 @@ pub fn demo(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let survey = written(name, &file, args.seed, &folder, talk)?;
     talk.step("reading the survey");
     let loaded = load(&folder.join(SURVEY_FILE))?;
-    let truth = for_report(&survey.truth);
-    let finished = calibrated(&loaded, Method::Both, args.seed, Some(truth), talk)?;
-    let place = write(&args.out, &finished, talk)?;
-    let text = format!(
-        "{}{}\n{}\nSurvey  {}\n{place}",
-        report::usbl::summary(&finished.result),
-        notes(&finished.result.notes),
-        against(&finished.result, &survey.truth),
-        folder.join(SURVEY_FILE).display(),
-    );
-    talk.result(&text, &report::usbl::to_bytes(&finished.result)?)?;
-    Ok(finished.ending())
-}
-
-fn for_report(truth: &Truth) -> UsblTruth {
-    let c = truth.correction_deg;
-    UsblTruth {
-        rotation_matrix: truth.rotation_matrix,
-        correction_deg: Angles {
-            pitch: c.pitch,
-            roll: c.roll,
-            yaw: c.yaw,
-        },
-        transducer_m: truth.transducer_m,
-        range_scale: truth.range_scale,
-    }
-}
-
-/// One line of [`against`]: name, errors of both paths, sigma of the joint one.
-type Row = (String, Option<f64>, Option<f64>, Option<f64>);
-
-/// A table of each path's errors, the joint one's also in its own standard deviations.
-fn against(result: &UsblResult, truth: &Truth) -> String {
-    let mut table = ruled_table();
-    table.set_header([
-        "error against the truth",
-        "reference",
-        "joint",
-        "joint, in sigmas",
-    ]);
-    for (name, old, new, sigma) in errors(result, truth) {
-        let number = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:+.4}"));
-        let sigmas = new.zip(sigma);
-        let sigmas = sigmas.map_or_else(String::new, |(e, s)| format!("{:+.1}", e / s));
-        table.add_row([name, number(old), number(new), sigmas]);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    format!("{}\n", table.trim_fmt())
-}
-
-fn errors(result: &UsblResult, truth: &Truth) -> Vec<Row> {
-    let turn = |rows: Option<[[f64; 3]; 3]>| -> Option<Vector3<f64>> {
-        let found = Matrix3::from_row_iterator(rows?.into_iter().flatten());
-        Some(rotation::log(&(found * truth.rotation().transpose())).map(f64::to_degrees))
-    };
-    let solutions = &result.solutions;
-    let reference = solutions
-        .reference
-        .as_ref()
-        .and_then(|r| turn(r.rotation_matrix));
-    let joint = solutions.joint.as_ref().filter(|j| j.usable);
-    let found = joint.and_then(|j| turn(j.rotation_matrix));
-    let sigma = |i: usize| joint.and_then(|j| j.parameters.get(i)?.standard_deviation);
-    let mut rows: Vec<Row> = vec![];
-    for (i, name) in ["pitch, deg", "roll, deg", "yaw, deg"]
-        .into_iter()
-        .enumerate()
-    {
-        rows.push((
-            name.to_owned(),
-            reference.map(|t| t[i]),
-            found.map(|t| t[i]),
-            sigma(i),
-        ));
-    }
-    for (i, axis) in ["east", "north", "up"].into_iter().enumerate() {
-        let place = joint.and_then(|j| j.transducer_m);
-        let error = place.map(|p| 1e3 * (p[i] - truth.transducer_m[i]));
-        let sigma = sigma(3 + i).map(|s| 1e3 * s);
-        rows.push((format!("transducer {axis}, mm"), None, error, sigma));
-    }
-    let scale = joint.and_then(|j| j.range_scale);
-    let error = scale.map(|s| 1e6 * (s - truth.range_scale));
-    let sigma = sigma(6).map(|s| 1e6 * s);
-    rows.push(("range scale, 1e-6".to_owned(), None, error, sigma));
-    rows
+    let truth = Some(&survey.truth);
+    let finished = calibrated(&loaded, Method::Both, args.seed, truth, talk)?;
+    finished.told_of(Some(&folder.join(SURVEY_FILE)), &args.out, talk)
 }
 
 /// `boresight check`: what was read, and what the layout can and cannot determine; nothing is solved.
