@@ -6,7 +6,9 @@ use super::metric;
 use crate::adjust::Unit;
 use crate::calibrate::quality::readable;
 use crate::geometry::rotation;
-use crate::results::{Angles, Iteration, MountingAngles, MountingResult, Parameter};
+use crate::results::{
+    Angles, Finding, Iteration, MountingAngles, MountingResult, Parameter, Severity, Verdict,
+};
 
 /// Names of a mounting's six parameters in their order, and what a positive correction means.
 pub const MOUNTING_PARAMETERS: [(&str, Unit, &str); 6] = [
@@ -74,18 +76,20 @@ impl Mounted<'_> {
             numbers.extend((0..3).map(|i| [found[i], nominal[i], arm[i]]));
         }
         let all = numbers.into_iter().zip(MOUNTING_PARAMETERS).enumerate();
-        all.map(|(i, ([value, nominal, correction], (name, unit, positive)))| {
-            let sigma = self.covariance.map(|c| readable(c[(i, i)].sqrt(), unit).0);
-            Parameter {
-                name: format!("{prefix}{name}"),
-                unit: readable(0.0, unit).1.to_owned(),
-                positive: positive.to_owned(),
-                value: Some(value),
-                nominal: Some(nominal),
-                correction: Some(correction),
-                ..judged(sigma)
-            }
-        })
+        all.map(
+            |(i, ([value, nominal, correction], (name, unit, positive)))| {
+                let sigma = self.covariance.map(|c| readable(c[(i, i)].sqrt(), unit).0);
+                Parameter {
+                    name: format!("{prefix}{name}"),
+                    unit: readable(0.0, unit).1.to_owned(),
+                    positive: positive.to_owned(),
+                    value: Some(value),
+                    nominal: Some(nominal),
+                    correction: Some(correction),
+                    ..judged(sigma)
+                }
+            },
+        )
         .collect()
     }
 }
@@ -135,11 +139,14 @@ fn angle_sigmas(r: &Matrix3<f64>, covariance: &Matrix3<f64>) -> Option<MountingA
     let angles = inverse * covariance * inverse.transpose();
     let sigma = |i: usize| angles[(i, i)].max(0.0).sqrt().to_degrees();
     let found = [sigma(0), sigma(1), sigma(2)];
-    found.iter().all(|s| s.is_finite()).then_some(MountingAngles {
-        pitch: found[0],
-        roll: found[1],
-        heading: found[2],
-    })
+    found
+        .iter()
+        .all(|s| s.is_finite())
+        .then_some(MountingAngles {
+            pitch: found[0],
+            roll: found[1],
+            heading: found[2],
+        })
 }
 
 /// Mounting angles in the sense of a survey file, degrees.
@@ -174,14 +181,22 @@ pub fn rows(m: &Matrix3<f64>) -> crate::results::Matrix3 {
 pub fn matrices(covariance: &DMatrix<f64>) -> (Option<Vec<Vec<f64>>>, Option<Vec<Vec<f64>>>) {
     let finite = covariance.iter().all(|v| v.is_finite());
     let correlation = || list(&metric::correlation(covariance));
-    (
-        finite.then(|| list(covariance)),
-        finite.then(correlation),
-    )
+    (finite.then(|| list(covariance)), finite.then(correlation))
 }
 
 fn list(m: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    m.row_iter().map(|row| row.iter().copied().collect()).collect()
+    m.row_iter()
+        .map(|row| row.iter().copied().collect())
+        .collect()
+}
+
+/// The verdict on a result that a reason refuses, or that nothing refuses.
+#[must_use]
+pub fn verdict(reason: Option<&str>) -> Verdict {
+    reason.map_or_else(Verdict::default, |reason| {
+        let refusal = Finding::new("refused", Severity::Refuses, reason, "", "");
+        Verdict::not_determined(vec![refusal])
+    })
 }
 
 /// Iterations of one round as a result lists them; `round` counts from 0, each step is its cost and its size in sigmas.
@@ -190,13 +205,15 @@ pub fn iterations(
     reassigned: u64,
     steps: impl Iterator<Item = (f64, f64)>,
 ) -> impl Iterator<Item = Iteration> {
-    steps.enumerate().map(move |(inner, (cost, sigmas))| Iteration {
-        outer: round as u32 + 1,
-        inner: inner as u32 + 1,
-        cost: finite(cost),
-        largest_step_in_sigma: finite(sigmas),
-        reassigned: if inner == 0 { reassigned } else { 0 },
-    })
+    steps
+        .enumerate()
+        .map(move |(inner, (cost, sigmas))| Iteration {
+            outer: round as u32 + 1,
+            inner: inner as u32 + 1,
+            cost: finite(cost),
+            largest_step_in_sigma: finite(sigmas),
+            reassigned: if inner == 0 { reassigned } else { 0 },
+        })
 }
 
 /// JSON knows no infinity.
@@ -227,7 +244,11 @@ mod tests {
             squares[2] += (moved.heading - before.heading).powi(2);
         }
         for (found, squares) in [found.roll, found.pitch, found.heading].iter().zip(squares) {
-            assert!((found / squares.sqrt() - 1.0).abs() < 1e-3, "{found} {}", squares.sqrt());
+            assert!(
+                (found / squares.sqrt() - 1.0).abs() < 1e-3,
+                "{found} {}",
+                squares.sqrt()
+            );
         }
         assert!((found.heading / sigma[2].to_degrees() - 1.0).abs() > 1e-3);
     }

@@ -92,7 +92,10 @@ impl TrueMounting {
         let nominal = matrix(&found.nominal_rotation_matrix);
         let turn = rotation::log(&(self.rotation * nominal.transpose()));
         let arm = self.lever_arm_m.zip(found.nominal_lever_arm_m);
-        six(&turn, arm.map(|(truth, nominal)| truth - Vector3::from(nominal)))
+        six(
+            &turn,
+            arm.map(|(truth, nominal)| truth - Vector3::from(nominal)),
+        )
     }
 }
 

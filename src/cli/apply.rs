@@ -18,10 +18,10 @@ use crate::geometry::utm::Utm;
 use crate::observe::Mounting;
 use crate::procedures::pool::apply::{Georeferenced, Sensor, points};
 use crate::procedures::pool::summary::residuals::Model;
+use crate::procedures::pool::survey;
 use crate::procedures::pool::{PoolError, Scene};
 use crate::report::json;
 use crate::results::{Calibration, Solution};
-use crate::survey;
 
 /// Runs the command.
 pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
@@ -89,11 +89,17 @@ fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
         found: found.to_owned(),
     };
     if result.procedure != "pool" {
-        return Err(refused(&format!("a result of procedure {}", result.procedure)));
+        return Err(refused(&format!(
+            "a result of procedure {}",
+            result.procedure
+        )));
     }
     let found = found.ok_or_else(|| refused("nothing"))?;
     if !found.usable {
-        return Err(refused(&format!("one that is not usable ({})", found.message)));
+        return Err(refused(&format!(
+            "one that is not usable ({})",
+            found.message
+        )));
     }
     of_solution(found).ok_or_else(|| refused("one without matrices"))
 }

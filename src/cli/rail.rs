@@ -21,7 +21,7 @@ use crate::procedures::rail::survey::{
 };
 use crate::procedures::rail::{self, RailInput, RailScene, summary, verdict};
 use crate::report::text::ruled_table;
-use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
+use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 /// `boresight calibrate`.
 pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {

@@ -17,7 +17,7 @@ use crate::observe::usbl::Role;
 use crate::procedures::usbl::simulate::{DEMO, Simulated, Truth, simulate as simulated};
 use crate::procedures::usbl::survey::{LoadedUsbl, UsblScenarioFile, load, scenario, write_survey};
 use crate::procedures::usbl::{self, Layout, Scene, UsblInput, summary};
-use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
+use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 /// `boresight calibrate`.
 pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {

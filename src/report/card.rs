@@ -37,7 +37,10 @@ pub fn card(result: &Calibration) -> Option<Card> {
     let solution = result.deciding().filter(|s| result.usable && s.usable)?;
     let several = solution.mountings.len() > 1;
     let of_mountings = solution.mountings.iter().flat_map(|m| rows(m, several));
-    let others = solution.parameters.iter().filter(|p| !of_a_mounting(p, &solution.mountings));
+    let others = solution
+        .parameters
+        .iter()
+        .filter(|p| !of_a_mounting(p, &solution.mountings));
     Some(Card {
         solution: result.solutions.deciding_name()?,
         rows: of_mountings.chain(others.map(other)).collect(),
@@ -56,10 +59,22 @@ fn of_a_mounting(parameter: &Parameter, mountings: &[MountingResult]) -> bool {
 }
 
 fn rows(m: &MountingResult, several: bool) -> Vec<CardRow> {
-    let title = |name: &str| if several { format!("{} {name}", m.name) } else { name.to_owned() };
+    let title = |name: &str| {
+        if several {
+            format!("{} {name}", m.name)
+        } else {
+            name.to_owned()
+        }
+    };
     let angle = |name: &str, positive: &str, of: fn(&MountingAngles) -> f64| {
         let sigma = m.mounting_sigma_deg.as_ref().map(of);
-        row(title(name), ("deg", positive), of(&m.nominal_mounting_deg), of(&m.mounting_deg), sigma)
+        row(
+            title(name),
+            ("deg", positive),
+            of(&m.nominal_mounting_deg),
+            of(&m.mounting_deg),
+            sigma,
+        )
     };
     let mut all = vec![
         angle("roll", "starboard down", |a| a.roll),
@@ -67,7 +82,9 @@ fn rows(m: &MountingResult, several: bool) -> Vec<CardRow> {
         angle("heading", "clockwise", |a| a.heading),
     ];
     if let (Some(before), Some(after)) = (m.nominal_lever_arm_m, m.lever_arm_m) {
-        let named = [("x", "to the right"), ("y", "forward"), ("z", "up")].into_iter().enumerate();
+        let named = [("x", "to the right"), ("y", "forward"), ("z", "up")]
+            .into_iter()
+            .enumerate();
         all.extend(named.map(|(i, (name, positive))| {
             let sigma = m.lever_arm_sigma_m.map(|s| s[i]);
             row(title(name), ("m", positive), before[i], after[i], sigma)
@@ -76,7 +93,13 @@ fn rows(m: &MountingResult, several: bool) -> Vec<CardRow> {
     all
 }
 
-fn row(name: String, (unit, positive): (&str, &str), before: f64, after: f64, sigma: Option<f64>) -> CardRow {
+fn row(
+    name: String,
+    (unit, positive): (&str, &str),
+    before: f64,
+    after: f64,
+    sigma: Option<f64>,
+) -> CardRow {
     let (after, sigma) = rounded(after, sigma, unit);
     CardRow {
         name,
@@ -113,6 +136,10 @@ fn other(p: &Parameter) -> CardRow {
         positive: p.positive.clone(),
         before: p.nominal.map_or_else(String::new, |n| shown(n, &p.unit)),
         after,
-        sigma: if sigma.is_empty() { p.note.clone() } else { sigma },
+        sigma: if sigma.is_empty() {
+            p.note.clone()
+        } else {
+            sigma
+        },
     }
 }

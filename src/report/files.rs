@@ -30,11 +30,7 @@ pub struct Written {
 ///
 /// # Errors
 /// [`ReportError`]; all texts are made before the first is written.
-pub fn write_all(
-    folder: &Path,
-    result: &Calibration,
-    page: &Page,
-) -> Result<Written, ReportError> {
+pub fn write_all(folder: &Path, result: &Calibration, page: &Page) -> Result<Written, ReportError> {
     let written = Written {
         result: folder.join("result.json"),
         report: folder.join("report.html"),

@@ -6,8 +6,6 @@ use crate::results::{SixFigures, SixValues, Status};
 pub struct Row {
     /// Name as in the covariance.
     pub name: &'static str,
-    /// Meaning of a positive value, body frame.
-    pub sense: &'static str,
     /// Unit shown.
     pub unit: &'static str,
 }
@@ -16,32 +14,26 @@ pub struct Row {
 pub const ROWS: [Row; 6] = [
     Row {
         name: "pitch",
-        sense: "bow up",
         unit: "deg",
     },
     Row {
         name: "roll",
-        sense: "starboard down",
         unit: "deg",
     },
     Row {
         name: "yaw",
-        sense: "counter-clockwise",
         unit: "deg",
     },
     Row {
         name: "lx",
-        sense: "to the right",
         unit: "mm",
     },
     Row {
         name: "ly",
-        sense: "forward",
         unit: "mm",
     },
     Row {
         name: "lz",
-        sense: "up",
         unit: "mm",
     },
 ];

@@ -10,14 +10,28 @@ pub const SIGNIFICANCE: f64 = 0.05;
 #[must_use]
 pub fn headline(result: &Calibration) -> String {
     if !result.usable {
-        let reason = result.reason.as_deref().unwrap_or("the run gave no reason");
-        return format!("No usable result: {}.", reason.trim_end_matches('.'));
+        return format!("No usable result: {}.", because(result));
     }
+    let first = result.verdict.findings.first();
+    let state = match first {
+        Some(found) => format!("Usable, with something to look at: {}.", ended(&found.seen)),
+        None => "Usable.".to_owned(),
+    };
     if result.solutions.joint.is_some() {
-        return "Usable.".to_owned();
+        return state;
     }
-    "Usable, but without standard deviations: the joint path, which states them, did not run."
-        .to_owned()
+    format!("{state} Without standard deviations: the joint path, which states them, did not run.")
+}
+
+/// Why there is no usable result, without a full stop.
+fn because(result: &Calibration) -> &str {
+    let reason = result.reason.as_deref();
+    ended(reason.unwrap_or("the run gave no reason"))
+}
+
+/// Without the full stop that it may have.
+fn ended(sentence: &str) -> &str {
+    sentence.trim_end_matches('.')
 }
 
 /// How far the two paths are apart, in one sentence.

@@ -121,7 +121,11 @@ fn corrections(result: &Calibration) -> String {
     table.set_header(header);
     for parameter in &widest.parameters {
         let mut row = vec![titled(&parameter.name, &parameter.unit)];
-        row.extend(shown.iter().map(|(_, s)| cell(s.parameter(&parameter.name))));
+        row.extend(
+            shown
+                .iter()
+                .map(|(_, s)| cell(s.parameter(&parameter.name))),
+        );
         row.extend(result.comparison.as_ref().map(|c| {
             let own = c.differences.iter().find(|d| d.name == parameter.name);
             own.map_or_else(String::new, |d| format!("{:.1}", d.in_joint_sigmas))
@@ -206,7 +210,11 @@ fn tests(quality: &Quality) -> String {
 }
 
 fn counts(result: &Calibration) -> String {
-    let all: Vec<String> = result.counts.iter().map(|(name, c)| counted(name, c)).collect();
+    let all: Vec<String> = result
+        .counts
+        .iter()
+        .map(|(name, c)| counted(name, c))
+        .collect();
     all.join("\n")
 }
 
@@ -239,7 +247,9 @@ fn notes(notes: &[String]) -> String {
 /// Each path's errors, the joint one's also in its own standard deviations; empty when nothing was found.
 #[must_use]
 pub fn against_truth(found: &AgainstTruth) -> String {
-    let any = |of: fn(&crate::results::TruthRow) -> Option<f64>| found.rows.iter().any(|r| of(r).is_some());
+    let any = |of: fn(&crate::results::TruthRow) -> Option<f64>| {
+        found.rows.iter().any(|r| of(r).is_some())
+    };
     let simple = any(|r| r.joint_simple);
     if !any(|r| r.reference) && !any(|r| r.joint) {
         return String::new();
@@ -250,7 +260,9 @@ pub fn against_truth(found: &AgainstTruth) -> String {
     table.set_header(header);
     for row in &found.rows {
         let number = |v: Option<f64>| v.map_or_else(String::new, |v| signed(v, &row.unit));
-        let sigmas = row.joint_in_sigmas.map_or_else(String::new, |s| format!("{s:+.1}"));
+        let sigmas = row
+            .joint_in_sigmas
+            .map_or_else(String::new, |s| format!("{s:+.1}"));
         let mut cells = vec![
             titled(&row.name, &row.unit),
             number(row.reference),

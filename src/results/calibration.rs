@@ -1,6 +1,6 @@
 //! The result of a calibration, whatever the procedure: the whole of `result.json`.
 
-use super::{Comparison, Convention, Provenance, Solution};
+use super::{Comparison, Convention, Provenance, Solution, Verdict};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -21,6 +21,8 @@ pub struct Calibration {
     pub usable: bool,
     /// Why the result is not usable; `None` when it is.
     pub reason: Option<String>,
+    /// The verdict and everything that speaks against the result.
+    pub verdict: Verdict,
     /// Observations read, used and rejected, by sensor.
     pub counts: BTreeMap<String, SensorCounts>,
     /// One entry per path that was asked for.

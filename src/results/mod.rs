@@ -16,6 +16,7 @@ mod provenance;
 mod quality;
 mod solution;
 mod swath;
+mod verdict;
 mod write;
 
 pub use budget::{
@@ -47,6 +48,7 @@ pub use swath::{
     CovarianceOrigin, OrderLimit, PathSwath, SwathBeam, SwathDepth, SwathLimits, SwathResult,
     Uncertainty95,
 };
+pub use verdict::{Finding, Severity, Verdict, VerdictState};
 pub use write::{WriteError, write_whole};
 
 /// A 3 by 3 matrix by rows.

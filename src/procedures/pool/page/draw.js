@@ -1,26 +1,6 @@
-// Paths and samples that all parts of the pool report share.
+// Samples that all parts of the pool's section share.
 
-const PATHS = [
-  { key: "sequential", name: "Sequential", colour: "#b45309" },
-  { key: "joint", name: "Joint", colour: "#0b63a5" },
-  { key: "joint_simple", name: "Simple joint", colour: "#6d5bb0" },
-].map(path => ({ ...path, solution: RESULT.solutions[path.key] || null })).filter(path => path.solution);
-
-/** Paths whose numbers may be shown. */
-const ESTIMATED = PATHS.filter(path => path.solution.usable && path.solution.correction_deg && path.solution.lever_arm_correction_m);
-
-/** A correction in the unit shown. */
-function correction(source, parameter) {
-  return parameter.angle ? source.correction_deg[parameter.key] : 1e3 * source.lever_arm_correction_m[parameter.axis];
-}
-
-/** One sigma of a correction in the unit shown, or null. */
-function sigmaOf(solution, parameter) {
-  const sigmas = solution.standard_deviation;
-  return sigmas ? sigmas[parameter.sigma] * (parameter.angle ? 1 : 1e3) : null;
-}
-
-// SAMPLES
+const SAMPLES = DATA.page;
 
 /** Little-endian 32-bit floats from base64; null stays null. */
 function floats(packed) {
@@ -31,20 +11,20 @@ function floats(packed) {
 }
 
 const SOUNDINGS = {
-  count: DATA.soundings.count,
-  nominal: floats(DATA.soundings.nominal),
-  nominalResidual: floats(DATA.soundings.nominal_residual),
-  position: Object.fromEntries(PATHS.map(path => [path.key, floats(DATA.soundings.position[path.key])])),
-  residual: Object.fromEntries(PATHS.map(path => [path.key, floats(DATA.soundings.residual[path.key])])),
-  face: floats(DATA.soundings.face),
-  used: floats(DATA.soundings.used),
+  count: SAMPLES.soundings.count,
+  nominal: floats(SAMPLES.soundings.nominal),
+  nominalResidual: floats(SAMPLES.soundings.nominal_residual),
+  position: Object.fromEntries(PATHS.map(path => [path.key, floats(SAMPLES.soundings.position[path.key])])),
+  residual: Object.fromEntries(PATHS.map(path => [path.key, floats(SAMPLES.soundings.residual[path.key])])),
+  face: floats(SAMPLES.soundings.face),
+  used: floats(SAMPLES.soundings.used),
 };
 
 const RETURNS = {
-  count: DATA.returns.count,
-  position: floats(DATA.returns.position),
-  residual: floats(DATA.returns.residual),
-  used: floats(DATA.returns.used),
+  count: SAMPLES.returns.count,
+  position: floats(SAMPLES.returns.position),
+  residual: floats(SAMPLES.returns.residual),
+  used: floats(SAMPLES.returns.used),
 };
 
 /** End of the shared residual scale, metres: the 98th percentile of all paths' residuals, rounded up. */
@@ -63,8 +43,4 @@ function residualLegend() {
     { "text-anchor": t === -1 ? "start" : t === 1 ? "end" : "middle", class: "soft" }));
   return el("div", { class: "legend" }, "behind the face", picture(width, 30, "colour scale of residuals", cells, labels),
     "in front of it, mm (larger ones in the end colours)");
-}
-
-function pathKeys() {
-  return el("div", { class: "keys" }, ESTIMATED.map(path => el("span", {}, el("i", { style: `background:${path.colour}` }), path.name)));
 }

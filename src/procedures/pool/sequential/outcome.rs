@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::super::config::Variant;
 use super::super::summary::SENSOR;
 use super::OffsetStep;
-use crate::observe::Mounting;
 use crate::calibrate::solution::{Mounted, angles_deg};
+use crate::observe::Mounting;
 use crate::results::{Angles, Solution, Status};
 
 /// How the path ended.

@@ -96,6 +96,9 @@ mod tests {
         let covariance = Matrix6::from_diagonal(&Vector6::new(1.0, 4.0, 9.0, 0.01, 0.04, 0.0));
         let all = named(&Vector6::repeat(2.0), &covariance);
         assert_eq!((all[1].in_joint_sigmas, all[5].in_joint_sigmas), (1.0, 0.0));
-        assert_eq!((&*all[1].unit, all[1].difference), ("deg", 2_f64.to_degrees()));
+        assert_eq!(
+            (&*all[1].unit, all[1].difference),
+            ("deg", 2_f64.to_degrees())
+        );
     }
 }

@@ -33,6 +33,7 @@ use super::config::{Drift, JointConfig, Planes};
 use super::run::{Method, PoolInput, PoolOutcome};
 use super::ties::TieSet;
 use crate::calibrate::conventions::conventions;
+use crate::calibrate::solution::verdict;
 use crate::results::{Calibration, Convention, Provenance, SCHEMA, SensorCounts, Solutions};
 use residuals::Residuals;
 
@@ -84,6 +85,7 @@ pub fn result(
         procedure: "pool".to_owned(),
         provenance,
         usable,
+        verdict: verdict(reason.as_deref()),
         reason,
         counts: counts(outcome, &residuals.ties, dropped),
         comparison: usable

@@ -8,11 +8,11 @@ use super::super::planes;
 use super::super::run::PoolOutcome;
 use super::super::scene::Scene;
 use super::super::ties::{Association, Tie, TieSet, tie_soundings};
+use super::sample_types::PerPath;
 use crate::geometry::plane::Plane;
 use crate::georef::georeference;
 use crate::matching::{Patches, Water};
 use crate::observe::Mounting;
-use super::sample_types::PerPath;
 
 /// Rows per parallel task; fixed, so that sums do not depend on the threads.
 const CHUNK: usize = 16_384;

@@ -21,6 +21,7 @@ use super::scene::RailScene;
 use super::trial::{corrections_from, names};
 use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
+use crate::calibrate::solution::verdict;
 use crate::results::{
     Calibration, Comparison, Difference, Provenance, SCHEMA, SensorCounts, Solutions,
 };
@@ -37,14 +38,16 @@ pub fn result(
     provenance: Provenance,
 ) -> serde_json::Result<Calibration> {
     let scene = &outcome.scene;
+    let reason = outcome.refusal.as_ref().map(ToString::to_string);
     let by_reference = outcome.reference.as_ref().map(|r| reference(r, scene));
     let by_joint = outcome.joint.as_ref().map(|j| joint(j, outcome, input));
     Ok(Calibration {
         schema: SCHEMA,
         procedure: "rail".to_owned(),
         provenance,
-        usable: outcome.refusal.is_none(),
-        reason: outcome.refusal.as_ref().map(ToString::to_string),
+        usable: reason.is_none(),
+        verdict: verdict(reason.as_deref()),
+        reason,
         counts: counts(outcome),
         solutions: Solutions {
             reference: by_reference.transpose()?,

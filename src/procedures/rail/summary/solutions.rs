@@ -11,7 +11,6 @@ use super::super::verdict::RailRefusal;
 use super::details::{HausdorffStep, RailJointDetails, RailReferenceDetails, RailReferenceSteps};
 use super::judgement::judged;
 use crate::adjust::{self, Unit};
-use crate::calibrate::quality::readable;
 use crate::calibrate::solution::{Mounted, iterations, matrices, parameter};
 use crate::observe::{Mounting, Profiler};
 use crate::results::{Iteration, Parameter, Solution, Status};
@@ -57,10 +56,7 @@ pub(super) fn reference(
     let all = match found {
         Ok(all) => all,
         Err(error) => {
-            return Ok(Solution::without_result(
-                Status::Refused,
-                error.to_string(),
-            ));
+            return Ok(Solution::without_result(Status::Refused, error.to_string()));
         }
     };
     let profilers = &scene.campaign.profilers;

@@ -1,27 +1,10 @@
-// The page of a USBL calibration from top to bottom.
+// A USBL calibration's own sections.
 
-const SAMPLES = RESULT.samples, OUTCOME = RESULT.result, BEACONS = OUTCOME.beacons;
-const REFERENCE = OUTCOME.solutions.reference, JOINT = OUTCOME.solutions.joint;
-const COLOURS = { reference: "#b45309", joint: "#0b63a5", check: "#1a7f4b", truth: "#1c2730" };
+const SAMPLES = DATA.page, DETAILS = RESULT.details, BEACONS = DETAILS.beacons;
+const REFERENCE = RESULT.solutions.reference, JOINT = RESULT.solutions.joint;
+const COLOURS = { reference: "var(--reference)", joint: "var(--joint)", check: "var(--good)" };
 const PATH_NAMES = { reference: "Reference", joint: "Joint" };
-const shownPaths = ["reference", "joint"].filter(path => OUTCOME.verification.some(v => v[path]));
-const angles = a => a ? [a.pitch, a.roll, a.yaw] : null;
-
-function buildHead() {
-  section("version").textContent = OUTCOME.software.version;
-  section("title").textContent = SAMPLES.title;
-  section("headline").textContent = DATA.headline;
-  if (!OUTCOME.usable) section("headline").className = "refused";
-  const chips = [chip(OUTCOME.usable ? "usable" : "not usable", OUTCOME.usable ? "good" : "bad"), chip(`${grouped(OUTCOME.fixes.used)} of ${grouped(OUTCOME.fixes.read)} fixes used`)];
-  const gross = OUTCOME.fixes.rejected["gross error"];
-  if (gross) chips.push(chip(`${gross} gross errors`, "warn"));
-  const quality = JOINT && JOINT.quality;
-  if (quality) chips.push(chip(`variance factor ${digits(quality.variance_factor, 3)}`, quality.global_test.passed ? "good" : "warn"));
-  OUTCOME.verification.filter(v => v.joint && !missing(v.joint.p_value)).forEach(v => chips.push(chip(`check beacon ${v.beacon}: p = ${probability(v.joint.p_value)}`, v.joint.p_value < 0.01 ? "bad" : "good")));
-  if (OUTCOME.comparison) chips.push(chip(`paths differ: p = ${probability(OUTCOME.comparison.p_value)}`, OUTCOME.comparison.p_value < 0.01 ? "warn" : "good"));
-  section("chips").append(...chips);
-  section("footer").textContent = `${OUTCOME.software.name} ${OUTCOME.software.version}. The numbers of this page, in full precision, are in result.json beside it.`;
-}
+const shownPaths = ["reference", "joint"].filter(path => DETAILS.verification.some(v => v[path]));
 
 // LAYOUT
 
@@ -32,18 +15,18 @@ function layoutView(title, across, up, names) {
   const size = Math.min((width - 2 * pad) / Math.max(span(across), 1), (height - 2 * pad) / Math.max(span(up), 1));
   const middle = axis => (Math.max(...values(axis)) + Math.min(...values(axis))) / 2;
   const at = p => [width / 2 + (p[across] - middle(across)) * size, height / 2 - (p[up] - middle(up)) * size];
-  const means = OUTCOME.verification.flatMap(v => shownPaths.map(path => v[path] && v[path].mean_m)).filter(m => m);
+  const means = DETAILS.verification.flatMap(v => shownPaths.map(path => v[path] && v[path].mean_m)).filter(m => m);
   const longest = Math.max(1e-6, ...means.map(m => Math.hypot(m[across], m[up]))), unit = roundUp(longest), stretch = 60 / unit;
   const lines = BEACONS.map(b => { const [x, y] = at(b.position_m), [x0, y0] = at([0, 0, 0]); return svg("line", { x1: x0, y1: y0, x2: x, y2: y, stroke: INK.line }); });
   const marks = BEACONS.map((b, k) => {
-    const [x, y] = at(b.position_m), colour = b.role === "check" ? COLOURS.check : "#1c2730", v = OUTCOME.verification[k];
+    const [x, y] = at(b.position_m), colour = b.role === "check" ? COLOURS.check : INK.ink, v = DETAILS.verification[k];
     const arrows = shownPaths.filter(path => v && v[path]).map(path => arrow(x, y, v[path].mean_m[across] * stretch, -v[path].mean_m[up] * stretch, COLOURS[path]));
-    return svg("g", {}, svg("title", {}, `${b.name}, ${b.role}`), b.role === "check" ? svg("rect", { x: x - 6, y: y - 6, width: 12, height: 12, fill: "#fff", stroke: colour, "stroke-width": 2 }) : svg("circle", { cx: x, cy: y, r: 6, fill: "#fff", stroke: colour, "stroke-width": 2 }), arrows, text(x + 10, y - 9, b.name));
+    return svg("g", {}, svg("title", {}, `${b.name}, ${b.role}`), b.role === "check" ? svg("rect", { x: x - 6, y: y - 6, width: 12, height: 12, fill: INK.paper, stroke: colour, "stroke-width": 2 }) : svg("circle", { cx: x, cy: y, r: 6, fill: INK.paper, stroke: colour, "stroke-width": 2 }), arrows, text(x + 10, y - 9, b.name));
   });
   const [tx, ty] = at([0, 0, 0]), transducer = [svg("path", { d: `M${tx - 8} ${ty + 6} h16 l-8 -13 Z`, fill: COLOURS.joint }), tx < 90 ? text(tx + 11, ty + 3, "transducer") : text(tx - 11, ty + 3, "transducer", { "text-anchor": "end" })];
   const metre = roundUp(Math.max(span(across), span(up)) / 5), bar = metre * size;
-  const rulers = [svg("line", { x1: 12, x2: 12 + bar, y1: height - 12, y2: height - 12, stroke: "#1c2730", "stroke-width": 2 }), text(12, height - 18, `${short(metre)} m`),
-    ...(means.length ? [svg("line", { x1: width - 72, x2: width - 12, y1: height - 12, y2: height - 12, stroke: "#5b6b78", "stroke-width": 2 }), text(width - 72, height - 18, `${short(1e3 * unit)} mm`)] : [])];
+  const rulers = [svg("line", { x1: 12, x2: 12 + bar, y1: height - 12, y2: height - 12, stroke: INK.ink, "stroke-width": 2 }), text(12, height - 18, `${short(metre)} m`),
+    ...(means.length ? [svg("line", { x1: width - 72, x2: width - 12, y1: height - 12, y2: height - 12, stroke: INK.soft, "stroke-width": 2 }), text(width - 72, height - 18, `${short(1e3 * unit)} mm`)] : [])];
   const compass = [text(width - 12, 16, `${names[0]} to the right, ${names[1]} to the top`, { "text-anchor": "end", class: "soft" })];
   return el("figure", {}, el("h3", {}, title), picture(width, height, title, lines, transducer, marks, rulers, compass));
 }
@@ -77,7 +60,7 @@ function scatter(beacon, k) {
   const axes = [svg("line", { x1: pad, x2: width - pad, y1: height / 2, y2: height / 2, stroke: INK.line }), svg("line", { x1: width / 2, x2: width / 2, y1: pad, y2: height - pad, stroke: INK.line }),
     text(width - 4, height / 2 + 14, `${short(end)} mm east`, { "text-anchor": "end", class: "soft" }), text(width / 2 + 5, pad + 4, `${short(end)} mm north`, { class: "soft" })];
   const points = shownPaths.flatMap(path => good.filter(f => f[`${path}_m`]).map(f => { const [x, y] = at(f[`${path}_m`]); return svg("circle", { cx: x.toFixed(1), cy: y.toFixed(1), r: 1.8, fill: COLOURS[path], "fill-opacity": 0.5 }); }));
-  const v = OUTCOME.verification[k], means = shownPaths.filter(path => v[path]).map(path => { const [x, y] = at(v[path].mean_m); return svg("path", { d: `M${x - 7} ${y} H${x + 7} M${x} ${y - 7} V${y + 7}`, stroke: COLOURS[path], "stroke-width": 2.5 }); });
+  const v = DETAILS.verification[k], means = shownPaths.filter(path => v[path]).map(path => { const [x, y] = at(v[path].mean_m); return svg("path", { d: `M${x - 7} ${y} H${x + 7} M${x} ${y - 7} V${y + 7}`, stroke: COLOURS[path], "stroke-width": 2.5 }); });
   return el("figure", {}, el("h3", {}, `${beacon.name}`, el("small", {}, `  ${beacon.role}`)), picture(width, height, `residuals of ${beacon.name}`, axes, points, means));
 }
 
@@ -101,61 +84,28 @@ function buildSeries() {
 
 // TABLES
 
-function buildPaths() {
-  const sigma = name => { const p = JOINT && JOINT.parameters.find(p => p.name === name); return p && p.standard_deviation; };
-  const joint = JOINT && angles(JOINT.correction_deg), reference = REFERENCE && angles(REFERENCE.correction_deg), truth = SAMPLES.truth && angles(SAMPLES.truth.correction_deg);
-  const formal = REFERENCE && REFERENCE.formal_covariance, names = ["pitch", "roll", "yaw"], senses = ["bow up", "starboard down", "counter-clockwise"];
-  const head = ["correction, deg", number("reference"), number("joint"), number("difference in sigmas"), ...(truth ? [number("truth"), number("reference - truth"), number("joint - truth")] : [])];
-  const rows = names.map((name, i) => [`${name} (${senses[i]})`, number(reference ? withSigma(reference[i], formal ? Math.sqrt(formal[i][i]) * 180 / Math.PI : null) : "-"), number(joint ? withSigma(joint[i], sigma(name)) : "-"),
-    number(OUTCOME.comparison ? digits(OUTCOME.comparison.differences[i].in_reference_sigmas, 1) : "-"), ...(truth ? [number(digits(truth[i], 4)), number(reference ? digits(reference[i] - truth[i], 4) : "-"), number(joint ? digits(joint[i] - truth[i], 4) : "-")] : [])]);
-  const home = add("paths", "Both paths", table(head, rows));
-  if (OUTCOME.comparison) home.append(note(`Difference of the paths in the metric of the joint covariance: chi-square ${digits(OUTCOME.comparison.chi_square, 1)} on ${OUTCOME.comparison.degrees_of_freedom} degrees of freedom, p = ${probability(OUTCOME.comparison.p_value)}. The sigmas of the reference path are formal: from the residuals of the means, without errors that all beacons share.`));
-  [["Reference", REFERENCE], ["Joint", JOINT]].filter(([, path]) => path && path.message).forEach(([name, path]) => home.append(el("p", {}, el("b", {}, `${name}: `), path.message)));
-  buildPrinted(home);
-  if (JOINT && JOINT.parameters.length > 3) home.append(el("h3", {}, "Other unknowns of the joint path"), table(["", number("value"), "unit"], JOINT.parameters.slice(3).map(p => [p.name, number(missing(p.standard_deviation) ? `${short(p.value)} (${p.note})` : withSigma(p.value, p.standard_deviation)), p.unit === "1" ? "" : p.unit])));
-}
-
 /** The patent's angles beside those of this program: other signs, other order. */
-function buildPrinted(home) {
+function buildPrinted() {
   const rows = [], four = value => number(digits(value, 4)), mounted = (name, p, m) => rows.push([name, four(p.h), four(p.p), four(p.r), ...(m ? [four(m.heading), four(m.pitch), four(m.roll)] : [number(""), number(""), number("")])]);
-  if (REFERENCE && REFERENCE.difference_printed_deg) {
-    mounted("adjusted attitude of the transducer", REFERENCE.adjusted_printed_deg);
-    mounted("attitude sensor, mean (patent's signs)", REFERENCE.measured_printed_deg);
-    mounted("reference: adjusted minus measured", REFERENCE.difference_printed_deg, REFERENCE.mounting_deg);
+  if (REFERENCE && REFERENCE.details) {
+    mounted("adjusted attitude of the transducer", REFERENCE.details.adjusted_printed_deg);
+    mounted("attitude sensor, mean (patent's signs)", REFERENCE.details.measured_printed_deg);
+    mounted("reference: adjusted minus measured", REFERENCE.details.difference_printed_deg, REFERENCE.mountings[0].mounting_deg);
   }
-  if (JOINT && JOINT.printed_deg) mounted("joint: the mounting as a rotation", JOINT.printed_deg, JOINT.mounting_deg);
+  if (JOINT && JOINT.details) mounted("joint: the mounting as a rotation", JOINT.details.printed_deg, JOINT.mountings[0].mounting_deg);
   if (!rows.length) return;
-  home.append(el("h3", {}, "The patent's printed angles beside the mounting angles, deg"), table(["", number("H"), number("P, bow down"), number("R, starboard up"), number("heading"), number("pitch, bow up"), number("roll, starboard down")], rows),
+  add("printed", "The patent's printed angles beside the mounting angles, deg", table(["", number("H"), number("P, bow down"), number("R, starboard up"), number("heading"), number("pitch, bow up"), number("roll, starboard down")], rows),
     note("The patent's matrix is Rz(-H) Ry(-R) Rx(-P); a mounting here is Rz(-heading) Rx(pitch) Ry(roll). The patent subtracts angles; the mounting is the difference as a rotation. The two agree for small angles only."));
 }
 
 function buildVerification() {
   if (!shownPaths.length) return;
   const three = (r, key) => r ? number(r[key].map(x => digits(1e3 * x, 1)).join("  ")) : number("-");
-  const rows = OUTCOME.verification.map((v, k) => [v.beacon, v.role, number(grouped(BEACONS[k].fixes)), number(`${(v.joint || v.reference || {}).outliers || 0}`), ...shownPaths.flatMap(path => [three(v[path], "mean_m"), number(v[path] ? digits(1e3 * v[path].rms_m, 1) : "-")]),
+  const rows = DETAILS.verification.map((v, k) => [v.beacon, v.role, number(grouped(BEACONS[k].fixes)), number(`${(v.joint || v.reference || {}).outliers || 0}`), ...shownPaths.flatMap(path => [three(v[path], "mean_m"), number(v[path] ? digits(1e3 * v[path].rms_m, 1) : "-")]),
     three(v.joint, "mean_standard_deviation_m"), number(v.joint && !missing(v.joint.test_statistic) ? digits(v.joint.test_statistic, 1) : ""), number(v.joint && !missing(v.joint.p_value) ? probability(v.joint.p_value) : "")]);
   add("verification", "Verification: predicted minus surveyed beacons, mm",
     table(["beacon", "role", number("fixes"), number("outliers"), ...shownPaths.flatMap(path => [number(`${PATH_NAMES[path].toLowerCase()} e, n, u`), number("rms")]), number("sigma of mean"), number("chi-square (3)"), number("p")], rows),
     note("The correction is applied to the sensor's attitude, the beacons are predicted from each fix and compared with the total station. Only the check beacon's test is a test: the others have helped to find the correction."));
 }
 
-function buildQuality() {
-  const q = JOINT && JOINT.quality;
-  if (!q) return;
-  const t = q.global_test, home = add("quality", "Quality of the joint path",
-    el("p", {}, `Variance factor ${digits(q.variance_factor, 4)} (interval ${digits(t.lower, 4)} to ${digits(t.upper, 4)}), ${grouped(q.degrees_of_freedom)} degrees of freedom${t.void_because ? `; void as a test: ${t.void_because}` : ""}.`),
-    table(["observations", number("count"), number("redundancy"), number("variance component"), ""], q.groups.map(g => [g.name, number(grouped(g.observations)), number(digits(g.redundancy, 1)), number(missing(g.variance_component) ? "-" : withSigma(g.variance_component, g.standard_deviation)), g.note || ""])),
-    el("h3", {}, "Priors"), table(["", number("sigma"), "unit"], q.priors.map(p => [p.name, number(short(p.standard_deviation)), p.unit])));
-  if (q.observability.weak.length) home.append(el("h3", {}, "Weakly determined"), el("ul", { class: "weak" }, q.observability.weak.map(w => el("li", {}, w.text))));
-  home.append(el("h3", {}, "Worst conditions"), table(["observation", number("w"), number("detectable bias, mm or mrad"), "effect of such a bias"], q.reliability.worst.slice(0, 8).map(w => [w.observation, number(digits(w.w, 2)), number(digits(1e3 * w.minimal_detectable_bias_m, 2)), Object.entries(w.effect).filter(([, v]) => Math.abs(v) > 0).slice(0, 3).map(([name, v]) => `${name} ${short(v)}`).join(", ")])));
-}
-
-function buildEnd() {
-  add("notes", "Notes", el("ul", { class: "weak" }, OUTCOME.notes.map(words => el("li", {}, words))),
-    el("h3", {}, "Inputs"), table(["file", "SHA-256"], OUTCOME.inputs.map(i => [i.path, mono(i.sha256)])),
-    el("h3", {}, "Configuration"), el("pre", {}, JSON.stringify(OUTCOME.configuration, null, 1)));
-}
-
-[buildHead, buildLayout, buildScatter, buildPaths, buildVerification, buildSeries, buildQuality, buildEnd].forEach(build => build());
-
-document.documentElement.dataset.ready = "yes";
+OWN.push(buildLayout, buildScatter, buildVerification, buildSeries, buildPrinted);

@@ -22,15 +22,15 @@ use super::{UsblInput, UsblOutcome};
 use crate::adjust;
 use crate::calibrate::choices::Method;
 use crate::calibrate::metric;
-use crate::calibrate::quality::{Judged, block_priors, group, named_prior, quality, readable};
+use crate::calibrate::quality::{Judged, block_priors, group, named_prior, quality};
+use crate::calibrate::solution::{
+    Mounted, iterations, matrices, mounting_angles, parameter, rows, verdict,
+};
 use crate::geometry::rotation;
 use crate::observe::usbl::Role;
-use crate::calibrate::solution::{
-    Mounted, angles_deg, iterations, matrices, mounting_angles, parameter, rows,
-};
 use crate::results::{
-    Calibration, Comparison, Difference, MountingAngles, Parameter, Provenance, Quality, SCHEMA,
-    SensorCounts, Solution, Solutions, Status,
+    Calibration, Comparison, Difference, Parameter, Provenance, Quality, SCHEMA, SensorCounts,
+    Solution, Solutions, Status,
 };
 /// Name of the sensor whose mounting is sought.
 pub const SENSOR: &str = "transducer";
@@ -50,12 +50,14 @@ pub fn result(
 ) -> serde_json::Result<Calibration> {
     let usable = outcome.refusal.is_none();
     let own = own_notes(outcome, input);
+    let reason = outcome.refusal.as_ref().map(ToString::to_string);
     Ok(Calibration {
         schema: SCHEMA,
         procedure: "usbl".to_owned(),
         provenance,
         usable,
-        reason: outcome.refusal.as_ref().map(ToString::to_string),
+        verdict: verdict(reason.as_deref()),
+        reason,
         counts: [("fixes".to_owned(), counts(outcome, read, dropped))].into(),
         solutions: solutions(outcome, input)?,
         comparison: usable.then(|| compare(outcome)).flatten(),

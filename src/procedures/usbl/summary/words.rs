@@ -7,9 +7,14 @@ use crate::results::{Calibration, TextTable};
 /// Both, where there is something to say.
 pub fn tables(outcome: &UsblOutcome, result: &Calibration) -> Vec<TextTable> {
     let all = super::verification(outcome);
-    let verified = all.iter().any(|v| v.joint.is_some() || v.reference.is_some());
+    let verified = all
+        .iter()
+        .any(|v| v.joint.is_some() || v.reference.is_some());
     let verification = verified.then(|| verification(&all));
-    printed(outcome, result).into_iter().chain(verification).collect()
+    printed(outcome, result)
+        .into_iter()
+        .chain(verification)
+        .collect()
 }
 
 /// The patent's angles beside those of this program.
@@ -36,7 +41,15 @@ fn printed(outcome: &UsblOutcome, result: &Calibration) -> Option<TextTable> {
 }
 
 fn verification(all: &[UsblVerification]) -> TextTable {
-    let header = ["predicted - surveyed", "fixes", "reference, mm", "rms", "joint, mm", "rms", "p"];
+    let header = [
+        "predicted - surveyed",
+        "fixes",
+        "reference, mm",
+        "rms",
+        "joint, mm",
+        "rms",
+        "p",
+    ];
     TextTable {
         header: header.map(str::to_owned).into(),
         rows: all.iter().map(verified).collect(),
@@ -51,7 +64,8 @@ fn verified(v: &UsblVerification) -> Vec<String> {
             format!("{e:+.0} {n:+.0} {u:+.0}")
         })
     };
-    let rms = |r: Option<UsblResiduals>| r.map_or_else(String::new, |r| format!("{:.0}", 1e3 * r.rms_m));
+    let rms =
+        |r: Option<UsblResiduals>| r.map_or_else(String::new, |r| format!("{:.0}", 1e3 * r.rms_m));
     let some = v.joint.or(v.reference);
     let p = v.joint.and_then(|r| r.p_value);
     vec![
