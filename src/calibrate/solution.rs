@@ -176,15 +176,18 @@ pub fn rows(m: &Matrix3<f64>) -> crate::results::Matrix3 {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| m[(i, j)]))
 }
 
+/// A matrix by rows.
+pub type ByRows = Vec<Vec<f64>>;
+
 /// Covariance and correlations by rows; `None` for a covariance that is not finite throughout.
 #[must_use]
-pub fn matrices(covariance: &DMatrix<f64>) -> (Option<Vec<Vec<f64>>>, Option<Vec<Vec<f64>>>) {
+pub fn matrices(covariance: &DMatrix<f64>) -> (Option<ByRows>, Option<ByRows>) {
     let finite = covariance.iter().all(|v| v.is_finite());
     let correlation = || list(&metric::correlation(covariance));
     (finite.then(|| list(covariance)), finite.then(correlation))
 }
 
-fn list(m: &DMatrix<f64>) -> Vec<Vec<f64>> {
+fn list(m: &DMatrix<f64>) -> ByRows {
     m.row_iter()
         .map(|row| row.iter().copied().collect())
         .collect()
