@@ -1,8 +1,10 @@
-//! Calibration procedures: each builds conditions and hands them to the adjustment.
+//! What every calibration has in common: the seam, what is chosen, how figures are judged and shown.
 
 pub mod choices;
 pub mod conventions;
 pub mod metric;
 pub mod quality;
+pub mod seam;
 pub mod solution;
+pub mod tried;
 pub mod truth;

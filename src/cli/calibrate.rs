@@ -2,149 +2,58 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-
 use super::Ending;
 use super::args::Calibrate;
 use super::error::CliError;
 use super::talk::Talk;
-use crate::procedures::pool::summary::{self, Dropped};
-use crate::procedures::pool::survey::{self as survey, LoadedSurvey};
-use crate::procedures::pool::{self, Method, PoolInput};
+use crate::calibrate::seam::{Finished, Settings};
+use crate::procedures;
 use crate::report;
-use crate::results::{Calibration, InputFile, Page, Provenance, Software};
-use crate::simulate::Truth;
 
 /// Runs the command.
 pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.survey.display()));
-    let mut survey = survey::load(&args.survey)?;
-    survey.file.joint.simple |= args.simple;
-    let folder = args
-        .out
-        .clone()
-        .unwrap_or_else(|| folder_of(&survey.file.name));
-    calibrated(&survey, args.method.into(), args.seed, None, talk)?.told(&folder, talk)
-}
-
-/// A calibration that came to its end, with or without a usable result.
-#[derive(Debug)]
-pub struct Finished {
-    /// `result.json`.
-    pub result: Calibration,
-    /// What the report shows beside it.
-    pub page: Page,
-}
-
-impl Finished {
-    /// Exit code 0 or 1.
-    pub fn ending(&self) -> Ending {
-        if self.result.usable {
-            Ending::Usable
-        } else {
-            Ending::Unusable
-        }
-    }
-
-    /// Writes the files and prints the summary with their places.
-    pub fn told(&self, folder: &Path, talk: &Talk) -> Result<Ending, CliError> {
-        self.told_of(None, folder, talk)
-    }
-
-    /// The same, with the survey that was simulated for it.
-    pub fn told_of(
-        &self,
-        survey: Option<&Path>,
-        folder: &Path,
-        talk: &Talk,
-    ) -> Result<Ending, CliError> {
-        talk.step(&format!("writing {}", folder.display()));
-        let written = report::write_all(folder, &self.result, &self.page)?;
-        let survey = survey.map_or_else(String::new, |s| format!("Survey  {}\n", s.display()));
-        let text = format!(
-            "{}\n{survey}{}",
-            report::text::summary(&self.result, &self.page),
-            place(&written)
-        );
-        talk.result(&text, &report::json::to_bytes(&self.result)?)?;
-        Ok(self.ending())
-    }
-}
-
-/// Calibrates a survey in memory.
-pub fn calibrated(
-    survey: &LoadedSurvey,
-    method: Method,
-    seed: u64,
-    truth: Option<&Truth>,
-    talk: &Talk,
-) -> Result<Finished, CliError> {
-    let input = input(survey, method, seed);
-    let outcome = pool::calibrate(&input, &|what| talk.step(what))?;
-    talk.step("comparing and drawing");
-    let dropped = Dropped {
-        soundings: survey.counts.soundings_dropped as u64,
-        returns: survey.counts.laser_dropped as u64,
+    let settings = Settings {
+        method: args.method.into(),
+        seed: args.seed,
+        simple: args.simple,
     };
-    let provenance = provenance(&survey.file, &survey.inputs, method, seed)?;
-    let result = summary::result(&outcome, &input, dropped, &survey.notes, provenance)?;
-    let page = summary::page(&outcome, &result, &survey.file.name, truth)?;
-    Ok(Finished { result, page })
+    let procedure = procedures::of_file(&args.survey)?;
+    settings.fit(procedure)?;
+    let survey = procedure.read(&args.survey)?;
+    let folder = args.out.clone().unwrap_or_else(|| folder_of(survey.name()));
+    let finished = survey.calibrate(&settings, None, &|what| talk.step(what))?;
+    finish(&folder, &finished, None, talk)?;
+    Ok(ending(&finished))
 }
 
-/// A loaded survey as the calibration takes it.
-pub fn input(survey: &LoadedSurvey, method: Method, seed: u64) -> PoolInput<'_> {
-    PoolInput {
-        campaign: &survey.campaign,
-        target: &survey.target,
-        prior: &survey.pose,
-        method,
-        sequential: &survey.file.sequential,
-        joint: &survey.file.joint,
-        seed,
+/// Exit code 0 or 1.
+pub fn ending(finished: &Finished) -> Ending {
+    if finished.result.usable {
+        Ending::Usable
+    } else {
+        Ending::Unusable
     }
 }
 
-/// What a result says of where it comes from: the configuration as it took effect and the files it was read from.
-pub fn provenance(
-    configuration: &impl Serialize,
-    inputs: &[InputFile],
-    method: Method,
-    seed: u64,
-) -> Result<Provenance, CliError> {
-    let mut configuration = serde_json::to_value(configuration)?;
-    if let Some(table) = configuration.as_object_mut() {
-        table.insert("method".to_owned(), method.name().into());
-    }
-    Ok(Provenance {
-        software: Software::this(),
-        seed,
-        inputs: inputs.to_vec(),
-        configuration,
-    })
-}
-
-/// Where a result's files are, for the terminal.
-fn place(written: &report::Written) -> String {
-    format!(
-        "Result  {}\nReport  {}\nTable   {}\n",
+/// Writes the files of a calibration and prints it; `survey` is the survey file of a demo.
+pub fn finish(
+    folder: &Path,
+    finished: &Finished,
+    survey: Option<&Path>,
+    talk: &Talk,
+) -> Result<(), CliError> {
+    talk.step(&format!("writing {}", folder.display()));
+    let written = report::write_all(folder, &finished.result, &finished.page)?;
+    let survey = survey.map_or_else(String::new, |s| format!("Survey  {}\n", s.display()));
+    let text = format!(
+        "{}\n{survey}Result  {}\nReport  {}\nTable   {}\n",
+        report::text::summary(&finished.result, &finished.page),
         written.result.display(),
         written.report.display(),
         written.parameters.display()
-    )
-}
-
-/// The notes as a paragraph, empty without any.
-pub fn notes(notes: &[String]) -> String {
-    let lines: Vec<String> = notes
-        .iter()
-        .map(|note| format!("Note: {note}.\n"))
-        .collect();
-    if lines.is_empty() {
-        String::new()
-    } else {
-        format!("\n{}", lines.concat())
-    }
+    );
+    talk.result(&text, &report::json::to_bytes(&finished.result)?)
 }
 
 /// A folder named after the survey, in the working directory.

@@ -1,0 +1,147 @@
+//! The pool calibration behind the seam: its readers, its calibration, its errors against the truth.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::check::checked;
+use super::preview::preview;
+use super::summary::{self, Dropped};
+use super::survey::{LoadedSurvey, ScenarioFile, load, scenario, write_survey};
+use super::{PoolInput, calibrate};
+use crate::calibrate::seam::{
+    Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
+    Simulated, Uses, make_folder, provenance, read_truth,
+};
+use crate::calibrate::tried::Tried;
+use crate::simulate::{DEMO, Simulated as Survey, Truth, simulate};
+
+/// A multibeam against a target in a pool that a laser scanner sees too.
+#[derive(Clone, Copy, Debug)]
+pub struct Pool;
+
+impl Procedure for Pool {
+    fn name(&self) -> &'static str {
+        "pool"
+    }
+
+    fn about(&self) -> &'static str {
+        "a multibeam echo sounder against a target in a pool that a laser scanner sees too"
+    }
+
+    /// With the simple joint model as a third column.
+    fn demo(&self) -> String {
+        format!("{DEMO}\n[joint]\nsimple = true\n")
+    }
+
+    fn uses(&self) -> Uses {
+        Uses {
+            seed: true,
+            simple: true,
+            survey_budget: true,
+        }
+    }
+
+    fn read(&self, survey: &Path) -> Result<Box<dyn Loaded>, InputError> {
+        Ok(Box::new(load(survey)?))
+    }
+
+    fn scenario(&self, file: &Path, text: &str) -> Result<Box<dyn ScenarioRun>, InputError> {
+        Ok(Box::new(scenario::beside(file, text)?))
+    }
+}
+
+impl Loaded for LoadedSurvey {
+    fn name(&self) -> &str {
+        &self.file.name
+    }
+
+    fn calibrate(
+        &self,
+        settings: &Settings,
+        truth: Option<&Value>,
+        progress: Progress<'_>,
+    ) -> Result<Finished, InputError> {
+        let mut file = self.file.clone();
+        file.joint.simple |= settings.simple;
+        let input = PoolInput {
+            joint: &file.joint,
+            ..input(self, settings)
+        };
+        let truth: Option<Truth> = truth.map(read_truth).transpose()?;
+        let outcome = calibrate(&input, progress).map_err(InputError::unworkable)?;
+        progress("comparing and drawing");
+        let dropped = Dropped {
+            soundings: self.counts.soundings_dropped as u64,
+            returns: self.counts.laser_dropped as u64,
+        };
+        let provenance = provenance(&file, &self.inputs, settings)?;
+        let result = summary::result(&outcome, &input, dropped, &self.notes, provenance)?;
+        let page = summary::page(&outcome, &result, &file.name, truth.as_ref())?;
+        Ok(Finished { result, page })
+    }
+
+    fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
+        progress("looking at the geometry");
+        let preview = preview(&input(self, settings)).map_err(InputError::unworkable)?;
+        Ok(checked(self, &preview))
+    }
+}
+
+/// A loaded survey as the calibration takes it.
+#[must_use]
+pub fn input<'s>(survey: &'s LoadedSurvey, settings: &Settings) -> PoolInput<'s> {
+    PoolInput {
+        campaign: &survey.campaign,
+        target: &survey.target,
+        prior: &survey.pose,
+        method: settings.method,
+        sequential: &survey.file.sequential,
+        joint: &survey.file.joint,
+        seed: settings.seed(),
+    }
+}
+
+impl ScenarioRun for ScenarioFile {
+    fn name(&self) -> &str {
+        &self.scenario.name
+    }
+
+    fn seed(&self) -> u64 {
+        self.scenario.seed
+    }
+
+    fn write(
+        &self,
+        seed: u64,
+        folder: &Path,
+        progress: Progress<'_>,
+    ) -> Result<Simulated, InputError> {
+        progress(&format!(
+            "simulating {} with seed {seed}",
+            self.scenario.name
+        ));
+        let survey = simulate(&self.scenario, seed).map_err(InputError::unworkable)?;
+        progress(&format!("writing {}", folder.display()));
+        make_folder(folder)?;
+        write_survey(folder, self, &survey)?;
+        Ok(Simulated {
+            counts: counts(&survey),
+            truth: serde_json::to_value(&survey.truth)?,
+        })
+    }
+
+    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
+        Ok(None)
+    }
+}
+
+fn counts(survey: &Survey) -> Vec<Count> {
+    let campaign = &survey.campaign;
+    let records = campaign.trajectory.time_s.len();
+    vec![
+        Count::new("trajectory_records", "trajectory records", records),
+        Count::new("returns", "laser returns", campaign.laser.len()),
+        Count::new("soundings", "soundings", campaign.soundings.len()),
+    ]
+}
