@@ -30,16 +30,6 @@ pub fn finer(unit: &str) -> (&str, f64) {
     }
 }
 
-/// In the rows' order.
-pub fn in_order(v: &SixValues) -> [f64; 6] {
-    [v.pitch, v.roll, v.yaw, v.lx, v.ly, v.lz]
-}
-
-/// Metres to millimetres.
-pub fn millimetres(metres: f64) -> f64 {
-    metres * 1e3
-}
-
 /// A value where no sigma says how many digits count.
 pub fn shown(value: f64, unit: &str) -> String {
     match unit {

@@ -18,23 +18,6 @@ pub type Figures = Vec<Option<f64>>;
 /// Name of the joint path in every budget.
 pub const JOINT: &str = "joint";
 
-/// One number for each of the six parameters, in the unit that its field states.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct SixValues {
-    /// About x.
-    pub pitch: f64,
-    /// About y.
-    pub roll: f64,
-    /// About z.
-    pub yaw: f64,
-    /// Along x (right).
-    pub lx: f64,
-    /// Along y (forward).
-    pub ly: f64,
-    /// Along z (up).
-    pub lz: f64,
-}
-
 /// `result.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BudgetResult {
