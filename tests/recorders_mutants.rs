@@ -276,7 +276,7 @@ fn xtf_survives() {
         .zeros(1);
     let mut seeds = vec![[header, packet.data.repeat(50)].concat()];
     seeds.extend(real("r2sonic/0009-150708-R2Testing-0001.xtf"));
-    // a spoilt header is refused with an error, which is no loss in silence
+    // where the header itself was spoilt the file is refused with an error, which is no loss in silence
     let read: Read = |b, s| xtf::read_from(Path::new("a.xtf"), b, s).unwrap_or_default();
     spoil("xtf", &seeds, read, false);
 }
