@@ -394,8 +394,10 @@ fn a_survey_s_budget_agrees_with_its_calibration() {
     let (budget, found) = (json(&budget), json(&found));
     let reported = &found["solutions"]["joint"]["parameters"];
     let predicted = &budget["paths"][0]["predicted"]["standard_deviation"];
-    let names = ["pitch_deg", "roll_deg", "yaw_deg", "lx_m", "ly_m", "lz_m"];
-    for (k, name) in names.into_iter().enumerate() {
+    for (k, name) in ["pitch", "roll", "yaw", "lx", "ly", "lz"]
+        .into_iter()
+        .enumerate()
+    {
         let (p, r) = (predicted[k].as_f64(), reported[k]["sigma"].as_f64());
         let (p, r) = (p.expect("a prediction"), r.expect("a sigma"));
         assert!(

@@ -20,6 +20,7 @@ use super::choices::Method;
 use super::tried::Tried;
 use crate::formats::FormatError;
 use crate::results::{Calibration, InputFile, Page, Provenance, Software};
+use crate::survey::schema::Key;
 use crate::survey::{ScenarioError, SurveyError};
 
 /// Seed of a calibration when the user gives none.
@@ -38,6 +39,14 @@ pub trait Procedure: Sync {
 
     /// The text of its built-in scenario.
     fn demo(&self) -> String;
+
+    /// The keys of its survey file.
+    fn survey_keys(&self) -> &'static [Key];
+
+    /// The kinds of target files, each with its title and keys, the usual one first; none where a survey needs no such file.
+    fn targets(&self) -> &'static [(&'static str, &'static [Key])] {
+        &[]
+    }
 
     /// Which settings it has a use for.
     fn uses(&self) -> Uses;

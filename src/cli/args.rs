@@ -232,11 +232,27 @@ pub enum Command {
         after_long_help = PLAN_AFTER
     )]
     Plan(Plan),
+    /// Print a complete commented file to fill in
+    #[command(
+        after_help = "EXAMPLES\n  boresight template pool > survey.toml\n  boresight template scenario usbl > scenario.toml\n  boresight template target > target.toml"
+    )]
+    Template(Template),
     /// Print a completion script for a shell
     Completions {
         /// Which shell
         shell: clap_complete::Shell,
     },
+}
+
+/// `template`.
+#[derive(Debug, Args)]
+pub struct Template {
+    /// A procedure's survey file, or scenario or target
+    #[arg(value_name = "PROCEDURE|scenario|target", value_parser = PossibleValuesParser::new(procedures::names().into_iter().chain(["scenario", "target"])))]
+    pub what: String,
+    /// Whose scenario or target; the first of all when none is named
+    #[arg(value_name = "PROCEDURE", value_parser = PossibleValuesParser::new(procedures::names()))]
+    pub procedure: Option<String>,
 }
 
 /// `demo`.

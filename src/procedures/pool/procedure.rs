@@ -17,6 +17,7 @@ use crate::calibrate::seam::{
 };
 use crate::calibrate::tried::Tried;
 use crate::simulate::{DEMO, Simulated as Survey, Truth, simulate};
+use crate::survey::schema::Key;
 
 /// A multibeam against a target in a pool that a laser scanner sees too.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +35,20 @@ impl Procedure for Pool {
     /// With the simple joint model as a third column.
     fn demo(&self) -> String {
         format!("{DEMO}\n[joint]\nsimple = true\n")
+    }
+
+    fn survey_keys(&self) -> &'static [Key] {
+        super::survey::file::SurveyFile::KEYS
+    }
+
+    fn targets(&self) -> &'static [(&'static str, &'static [Key])] {
+        &[
+            (
+                "A wall with two columns of blocks.",
+                super::survey::keys::WALL,
+            ),
+            ("Any faces.", super::survey::keys::FACES),
+        ]
     }
 
     fn uses(&self) -> Uses {

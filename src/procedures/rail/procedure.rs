@@ -19,6 +19,7 @@ use crate::calibrate::seam::{
 };
 use crate::calibrate::tried::Tried;
 use crate::ruled::Ruled;
+use crate::survey::schema::Key;
 
 /// Laser profilers on a measuring beam against a standard rail.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +36,14 @@ impl Procedure for Rail {
 
     fn demo(&self) -> String {
         DEMO.to_owned()
+    }
+
+    fn survey_keys(&self) -> &'static [Key] {
+        super::survey::file::RailSurveyFile::KEYS
+    }
+
+    fn targets(&self) -> &'static [(&'static str, &'static [Key])] {
+        &[("A rail's profile.", super::survey::keys::MODEL)]
     }
 
     fn uses(&self) -> Uses {
