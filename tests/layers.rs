@@ -6,9 +6,10 @@
 use std::path::{Path, PathBuf};
 
 /// Floor of every top-level module; the table of the architecture page.
-const FLOORS: [(&str, u8); 19] = [
+const FLOORS: [(&str, u8); 20] = [
     ("units", 0),
     ("stats", 0),
+    ("files", 0),
     ("geometry", 1),
     ("adjust", 2),
     ("observe", 3),
@@ -53,10 +54,13 @@ const NARROWER: [(&str, &[&str]); 4] = [
             "units", "stats", "geometry", "observe", "formats", "target", "simulate",
         ],
     ),
-    ("results", &["units", "stats", "geometry", "adjust"]),
+    (
+        "results",
+        &["units", "stats", "files", "geometry", "adjust"],
+    ),
     (
         "report",
-        &["units", "stats", "geometry", "adjust", "results"],
+        &["units", "stats", "files", "geometry", "adjust", "results"],
     ),
 ];
 

@@ -8,9 +8,10 @@ use nalgebra::{Matrix3, Vector3};
 use super::Ending;
 use super::args::{Apply, CoordinatesName, SolutionName};
 use super::error::CliError;
+use super::out::free_for_cloud;
 use super::talk::Talk;
 use crate::formats::FormatError;
-use crate::formats::error::{FaultKind, Place, open};
+use crate::formats::error::{FaultKind, Place, read_text};
 use crate::formats::las::stream::{self, CloudPoint, Layout};
 use crate::formats::las::wkt;
 use crate::geometry::Ellipsoid;
@@ -30,6 +31,13 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
     let model = model(&args.calibration, args.solution)?;
     talk.step(&format!("reading {}", args.survey.display()));
     let survey = survey::load(&args.survey)?;
+    free_for_cloud(
+        &args.out,
+        &args.survey,
+        &survey.inputs,
+        &args.calibration,
+        args.force,
+    )?;
     let scene =
         Scene::prepare(&survey.campaign, &survey.target, &survey.pose).map_err(PoolError::from)?;
     let system = System::new(args.coordinates, &scene)?;
@@ -66,9 +74,8 @@ fn refuse_extension(path: &Path) -> Result<(), CliError> {
 
 /// The sensor model of one solution of a result file.
 fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
-    open(path)?;
-    let bytes = std::fs::read(path).map_err(|e| FormatError::unreadable(path, &e))?;
-    if bytes.is_empty() {
+    let text = read_text(path)?;
+    if text.is_empty() {
         return Err(FormatError::new(
             FaultKind::Empty,
             path,
@@ -78,7 +85,7 @@ fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
         )
         .into());
     }
-    let result = json::from_slice(&bytes).map_err(|e| CliError::NoResult {
+    let result = json::from_slice(text.as_bytes()).map_err(|e| CliError::NoResult {
         file: path.to_owned(),
         found: format!("found {e}"),
     })?;

@@ -238,6 +238,9 @@ pub struct Demo {
     /// Seed of the simulation and of RANSAC
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Replace what this program wrote before (never a file that it did not write)
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Which calibration to show.
@@ -304,6 +307,9 @@ pub struct Simulate {
     /// Seed [default: the scenario's]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// Replace what this program wrote before (never a file that it did not write)
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// `apply`.
@@ -324,6 +330,9 @@ pub struct Apply {
     /// Coordinates to write
     #[arg(long, value_enum, default_value_t = CoordinatesName::Utm)]
     pub coordinates: CoordinatesName,
+    /// Replace what this program wrote before (never a file that it did not write)
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// A solution of a result.

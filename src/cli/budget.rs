@@ -7,6 +7,7 @@ use super::Ending;
 use super::args::Budget;
 use super::calibrate::{folder_of, input};
 use super::error::CliError;
+use super::out::tried;
 use super::talk::Talk;
 use crate::budget::analytic::{
     Analytic, AnalyticError, analytic_with, of_survey as of_survey_with,
@@ -15,12 +16,16 @@ use crate::budget::experiment::{Ended, Experiment};
 use crate::budget::trial::Configuration;
 use crate::budget::{predicted, soundings, summary, sweep};
 use crate::calibrate::choices::Method;
+use crate::formats::error::read_text;
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetPath, BudgetResult};
 use crate::simulate::{Scenario, SimulateError};
 use crate::survey::claims::claims;
 use crate::survey::{self, scenario};
 use crate::target::Target;
+
+/// Files of a budget.
+pub(super) const BUDGET_FILES: [&str; 3] = ["result.json", "budget.csv", "report.html"];
 
 /// Subfolder of the ledgers.
 const TRIALS: &str = "trials";
@@ -31,7 +36,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Runs the command.
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
-    if std::fs::read_to_string(&args.scenario).is_ok_and(|text| survey::is_survey(&text)) {
+    if read_text(&args.scenario).is_ok_and(|text| survey::is_survey(&text)) {
         return of_survey(args, talk);
     }
     let file = scenario::read(&args.scenario)?;
@@ -43,6 +48,7 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     };
     let experiment = experiment(args, &file.scenario, &configuration)?;
     let folder = folder(args, &file.scenario.name);
+    tried(&folder, &BUDGET_FILES)?;
     let mut result = summary::frame(&file.scenario, &configuration);
     if let Some(experiment) = &experiment {
         let trials_folder = folder.join(TRIALS);
@@ -90,6 +96,8 @@ fn of_survey(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     let mut result = summary::frame(&claims, &configuration);
     result.notes = survey.notes.clone();
     result.notes.push(SURVEY_NOTE.to_owned());
+    let folder = folder(args, &claims.name);
+    tried(&folder, &BUDGET_FILES)?;
     talk.step("calibrating, and propagating every source through both paths");
     let found = match of_survey_with(&claims, &input(&survey, Method::Both, args.seed)) {
         Ok(analytic) => {
@@ -103,7 +111,7 @@ fn of_survey(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     };
     result.swath = Some(soundings::section(&claims, &found, &args.depth));
     result.command = command(args);
-    written(&result, &folder(args, &claims.name), talk)
+    written(&result, &folder, talk)
 }
 
 /// What a reader of a survey's budget should know.

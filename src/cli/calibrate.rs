@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::Ending;
 use super::args::Calibrate;
 use super::error::CliError;
+use super::out::{RESULT_FILES, tried};
 use super::talk::Talk;
 use crate::procedures::pool::summary::{self, Dropped};
 use crate::procedures::pool::{self, Method, PoolInput};
@@ -23,8 +24,9 @@ pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
         .out
         .clone()
         .unwrap_or_else(|| folder_of(&survey.file.name));
+    tried(&folder, &RESULT_FILES)?;
     let finished = calibrated(&survey, args.method.into(), args.seed, None, talk)?;
-    let place = write(&folder, &finished, talk)?;
+    let place = place(&write(&folder, &finished, talk)?);
     let text = format!(
         "{}{}\n{place}",
         report::text::summary(&finished.result),
@@ -132,11 +134,14 @@ pub fn place(written: &report::Written) -> String {
     )
 }
 
-/// Writes both files and says where they are.
-pub fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<String, CliError> {
-    talk.step(&format!("writing {}", folder.display()));
-    let written = report::write_all(folder, &finished.result, &finished.samples)?;
-    Ok(place(&written))
+/// Writes both files together.
+pub fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<report::Written, CliError> {
+    talk.step("writing the result");
+    Ok(report::write_all(
+        folder,
+        &finished.result,
+        &finished.samples,
+    )?)
 }
 
 /// The notes as a paragraph, empty without any.

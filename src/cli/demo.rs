@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::args::Demo;
-use super::calibrate::{calibrated, notes, write};
+use super::calibrate::{calibrated, notes, place, write};
 use super::error::CliError;
+use super::out::Place;
 use super::talk::Talk;
 use super::{Ending, simulate, truth};
 use crate::calibrate::choices::Method;
@@ -15,7 +16,15 @@ use crate::survey::{self, ScenarioFile, scenario};
 /// Runs the command: simulate, write the survey, read it again, calibrate, report, compare with the truth.
 pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let folder = args.out.join("survey");
-    let simulated = simulate::written(&scenario()?, args.seed, &folder, talk)?;
+    let file = scenario()?;
+    let all = Place::new(
+        &args.out,
+        &simulate::command("demo", args.seed),
+        &file,
+        args.force,
+    );
+    all.free_for_results()?;
+    let simulated = simulate::written(&file, args.seed, &all.within(&folder), talk)?;
     talk.step("reading the survey");
     let survey = survey::load(&folder.join(SURVEY_FILE))?;
     let truth = &simulated.truth;
@@ -26,7 +35,8 @@ pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
         Some(truth::for_report(truth)),
         talk,
     )?;
-    let place = write(&args.out, &finished, talk)?;
+    let written = all.results(|out| write(out, &finished, talk))?;
+    let place = place(&written.moved_to(&args.out));
     let text = format!(
         "{}{}\n{}\nSurvey  {}\n{place}",
         report::text::summary(&finished.result),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::budget::ledger::LedgerError;
 use crate::budget::passes::PassError;
 use crate::budget::sweep::SweepError;
+use crate::files::{FolderError, Overwrites};
 use crate::formats::FormatError;
 use crate::geometry::utm::UtmError;
 use crate::procedures::pool::PoolError;
@@ -43,13 +44,17 @@ pub enum CliError {
     /// Points outside the zone.
     #[error(transparent)]
     Utm(#[from] UtmError),
-    /// A folder could not be made.
-    #[error("{}: whole folder: found \"{found}\", expected a folder to write into", folder.display())]
-    Folder {
-        /// The folder.
-        folder: PathBuf,
-        /// What the operating system said.
-        found: String,
+    /// A folder that may not be written into, or a file that may not be replaced.
+    #[error(transparent)]
+    Place(#[from] FolderError),
+    /// A file to write that is an input.
+    #[error(transparent)]
+    Overwrites(#[from] Overwrites),
+    /// A point cloud of another command.
+    #[error("{}: whole file: found a point cloud that another boresight command wrote, expected another name (--force replaces it)", file.display())]
+    Cloud {
+        /// The file.
+        file: PathBuf,
     },
     /// Not a result of this program.
     #[error("{}: {found}, expected a result.json of boresight", file.display())]

@@ -5,6 +5,7 @@
 //! | [`args`] | what the user types |
 //! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `budget`, `plan` | one command each |
 //! | `usbl`, `rail` | these commands for other procedures than the pool's |
+//! | `out` | where a command may write |
 //! | `talk` | what is printed: results on standard output, progress on standard error |
 //! | [`error`] | what ends a command before it solves (exit code 2) |
 
@@ -16,6 +17,7 @@ mod check;
 mod demo;
 pub mod error;
 mod named_budget;
+mod out;
 mod plan;
 mod rail;
 mod simulate;

@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::sync::atomic::Ordering::SeqCst;
 
-use super::Ending;
 use super::args::Budget;
-use super::budget::catch_ctrl_c;
+use super::budget::{BUDGET_FILES, catch_ctrl_c};
 use super::calibrate::folder_of;
 use super::error::CliError;
 use super::talk::Talk;
+use super::{Ending, out};
 use crate::budget::named::{self, Tried, Wanted};
+use crate::formats::error::read_text;
 use crate::report::{named_budget as pages, write_named_budget};
 use crate::results::NamedBudget;
 use crate::survey::is_survey;
@@ -29,6 +30,11 @@ pub fn run(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliE
             .single
             .unwrap_or(if args.trials.is_none() { SINGLE } else { 0 }),
     };
+    let folder = args
+        .out
+        .clone()
+        .unwrap_or_else(|| folder_of(&format!("{}-budget", tried.scenario())));
+    out::tried(&folder, &BUDGET_FILES)?;
     let all = wanted.trials + wanted.single * tried.sources().len() as u64 + 1;
     talk.step(&format!("{all} trials"));
     let stop = catch_ctrl_c()?;
@@ -43,16 +49,12 @@ pub fn run(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliE
         ));
     }
     result.command = command(args, &wanted);
-    let folder = args
-        .out
-        .clone()
-        .unwrap_or_else(|| folder_of(&format!("{}-budget", tried.scenario())));
     written(&result, &folder, stopped, talk)
 }
 
 /// Refuses a survey: nobody knows its truth.
 pub fn needs_scenario(file: &Path, procedure: &'static str) -> Result<(), CliError> {
-    if std::fs::read_to_string(file).is_ok_and(|text| is_survey(&text)) {
+    if read_text(file).is_ok_and(|text| is_survey(&text)) {
         let file = file.to_owned();
         return Err(CliError::NeedsScenario { file, procedure });
     }

@@ -11,6 +11,8 @@ use super::args::{Budget, Calibrate, Check, Demo, Simulate};
 use super::calibrate::{folder_of, place, provenance};
 use super::error::CliError;
 use super::named_budget;
+use super::out::{Place, RESULT_FILES, tried};
+use super::simulate::command;
 use super::talk::Talk;
 use crate::budget::named::rail::RailTrials;
 use crate::calibrate::choices::Method;
@@ -35,8 +37,9 @@ pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
         .out
         .clone()
         .unwrap_or_else(|| folder_of(&survey.file.name));
+    tried(&folder, &RESULT_FILES)?;
     let (result, samples) = calibrated(&survey, args.method.into(), args.seed, None, talk)?;
-    let place = write(&folder, &result, &samples, talk)?;
+    let place = place(&write(&folder, &result, &samples, talk)?);
     let text = format!("{}\n{place}", report::rail::summary(&result));
     talk.result(&text, &report::rail::to_bytes(&result)?)?;
     Ok(ending(&result))
@@ -102,10 +105,9 @@ fn write(
     result: &RailResult,
     samples: &RailSamples,
     talk: &Talk,
-) -> Result<String, CliError> {
-    talk.step(&format!("writing {}", folder.display()));
-    let written = report::write_rail(folder, result, samples)?;
-    Ok(place(&written))
+) -> Result<report::Written, CliError> {
+    talk.step("writing the result");
+    Ok(report::write_rail(folder, result, samples)?)
 }
 
 /// `boresight simulate`.
@@ -113,7 +115,13 @@ pub fn simulate(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
     let file = read_scenario(&args.scenario)?;
     let seed = args.seed.unwrap_or(file.scenario.seed);
-    let survey = written(&file, seed, &args.out, talk)?;
+    let place = Place::new(
+        &args.out,
+        &command(&file.scenario.name, seed),
+        &file,
+        args.force,
+    );
+    let survey = written(&file, seed, &place, talk)?;
     let (points, positions) = (survey.campaign.points.len(), survey.campaign.table.len());
     let (place, truth) = (args.out.join(SURVEY_FILE), args.out.join(TRUTH_FILE));
     let json = json!({
@@ -137,21 +145,19 @@ pub fn simulate(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {
 fn written(
     file: &RailScenarioFile,
     seed: u64,
-    folder: &Path,
+    place: &Place<'_>,
     talk: &Talk,
 ) -> Result<SimulatedRail, CliError> {
     talk.step(&format!(
         "simulating {} with seed {seed}",
         file.scenario.name
     ));
-    let survey = simulated(&file.scenario, &file.rail, seed)?;
-    talk.step(&format!("writing {}", folder.display()));
-    std::fs::create_dir_all(folder).map_err(|e| CliError::Folder {
-        folder: folder.to_owned(),
-        found: e.to_string(),
-    })?;
-    write_rail(folder, file, &survey)?;
-    Ok(survey)
+    place.survey(|folder| {
+        let survey = simulated(&file.scenario, &file.rail, seed)?;
+        talk.step("writing the survey");
+        write_rail(folder, file, &survey)?;
+        Ok(survey)
+    })
 }
 
 /// `boresight demo rail`.
@@ -159,7 +165,14 @@ pub fn demo(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let folder = args.out.join("survey");
     let name = Path::new("rail.toml");
     let file = parse_scenario(name, DEMO, Path::new(""))?;
-    let simulated = written(&file, args.seed, &folder, talk)?;
+    let all = Place::new(
+        &args.out,
+        &command("demo rail", args.seed),
+        &file,
+        args.force,
+    );
+    all.free_for_results()?;
+    let simulated = written(&file, args.seed, &all.within(&folder), talk)?;
     talk.step("reading the survey");
     let survey = load(&folder.join(SURVEY_FILE))?;
     let (result, samples) = calibrated(
@@ -169,7 +182,8 @@ pub fn demo(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
         Some(&simulated.truth),
         talk,
     )?;
-    let place = write(&args.out, &result, &samples, talk)?;
+    let written = all.results(|out| write(out, &result, &samples, talk))?;
+    let place = place(&written.moved_to(&args.out));
     let text = format!(
         "{}\n{}\nSurvey  {}\n{place}",
         report::rail::summary(&result),

@@ -1,10 +1,9 @@
 //! `boresight simulate`: a scenario file to a complete survey.
 
-use std::path::Path;
-
 use super::Ending;
 use super::args::Simulate;
 use super::error::CliError;
+use super::out::Place;
 use super::talk::Talk;
 use crate::simulate::{Simulated, simulate};
 use crate::survey::write::{SURVEY_FILE, TRUTH_FILE, write_survey};
@@ -15,7 +14,13 @@ pub fn run(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
     let file = scenario::read(&args.scenario)?;
     let seed = args.seed.unwrap_or(file.scenario.seed);
-    let survey = written(&file, seed, &args.out, talk)?;
+    let place = Place::new(
+        &args.out,
+        &command(&file.scenario.name, seed),
+        &file,
+        args.force,
+    );
+    let survey = written(&file, seed, &place, talk)?;
     let json = serde_json::json!({
         "scenario": file.scenario.name,
         "seed": seed,
@@ -42,19 +47,22 @@ pub fn run(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {
 pub fn written(
     file: &ScenarioFile,
     seed: u64,
-    folder: &Path,
+    place: &Place<'_>,
     talk: &Talk,
 ) -> Result<Simulated, CliError> {
     talk.step(&format!(
         "simulating {} with seed {seed}",
         file.scenario.name
     ));
-    let survey = simulate(&file.scenario, seed)?;
-    talk.step(&format!("writing {}", folder.display()));
-    std::fs::create_dir_all(folder).map_err(|e| CliError::Folder {
-        folder: folder.to_owned(),
-        found: e.to_string(),
-    })?;
-    write_survey(folder, file, &survey)?;
-    Ok(survey)
+    place.survey(|folder| {
+        let survey = simulate(&file.scenario, seed)?;
+        talk.step("writing the survey");
+        write_survey(folder, file, &survey)?;
+        Ok(survey)
+    })
+}
+
+/// What a folder's marker says of it.
+pub fn command(scenario: &str, seed: u64) -> String {
+    format!("boresight simulate, {scenario}, seed {seed}")
 }

@@ -12,6 +12,8 @@ use super::args::{Budget, Calibrate, Check, Demo, Simulate};
 use super::calibrate::{folder_of, notes, place, provenance};
 use super::error::CliError;
 use super::named_budget;
+use super::out::{Place, RESULT_FILES, tried};
+use super::simulate::command;
 use super::talk::Talk;
 use crate::budget::named::usbl::UsblTrials;
 use crate::calibrate::choices::Method;
@@ -33,8 +35,9 @@ pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
         .out
         .clone()
         .unwrap_or_else(|| folder_of(&survey.file.name));
+    tried(&folder, &RESULT_FILES)?;
     let finished = calibrated(&survey, args.method.into(), args.seed, None, talk)?;
-    let place = write(&folder, &finished, talk)?;
+    let place = place(&write(&folder, &finished, talk)?);
     let text = format!(
         "{}{}\n{place}",
         report::usbl::summary(&finished.result),
@@ -84,10 +87,13 @@ fn calibrated(
     })
 }
 
-fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<String, CliError> {
-    talk.step(&format!("writing {}", folder.display()));
-    let written = report::write_usbl(folder, &finished.result, &finished.samples)?;
-    Ok(place(&written))
+fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<report::Written, CliError> {
+    talk.step("writing the result");
+    Ok(report::write_usbl(
+        folder,
+        &finished.result,
+        &finished.samples,
+    )?)
 }
 
 /// `boresight simulate`.
@@ -95,7 +101,13 @@ pub fn simulate(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
     let file = scenario::read(&args.scenario)?;
     let seed = args.seed.unwrap_or(file.scenario.seed);
-    let survey = written(&args.scenario, &file, seed, &args.out, talk)?;
+    let place = Place::new(
+        &args.out,
+        &command(&file.scenario.name, seed),
+        &file,
+        args.force,
+    );
+    let survey = written(&args.scenario, &file, seed, &place, talk)?;
     let (beacons, fixes) = (survey.campaign.beacons.len(), survey.campaign.fixes.len());
     let json = json!({
         "scenario": file.scenario.name,
@@ -121,7 +133,7 @@ fn written(
     name: &Path,
     file: &UsblScenarioFile,
     seed: u64,
-    folder: &Path,
+    place: &Place<'_>,
     talk: &Talk,
 ) -> Result<Simulated, CliError> {
     let calibration = file.calibration(name)?;
@@ -129,14 +141,12 @@ fn written(
         "simulating {} with seed {seed}",
         file.scenario.name
     ));
-    let survey = simulated(&file.scenario, seed)?;
-    talk.step(&format!("writing {}", folder.display()));
-    std::fs::create_dir_all(folder).map_err(|e| CliError::Folder {
-        folder: folder.to_owned(),
-        found: e.to_string(),
-    })?;
-    write_survey(folder, file, &calibration, &survey)?;
-    Ok(survey)
+    place.survey(|folder| {
+        let survey = simulated(&file.scenario, seed)?;
+        talk.step("writing the survey");
+        write_survey(folder, file, &calibration, &survey)?;
+        Ok(survey)
+    })
 }
 
 /// `boresight budget`.
@@ -158,12 +168,20 @@ pub fn demo(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let folder = args.out.join("survey");
     let name = Path::new("usbl.toml");
     let file = scenario::from_text(name, DEMO)?;
-    let survey = written(name, &file, args.seed, &folder, talk)?;
+    let all = Place::new(
+        &args.out,
+        &command("demo usbl", args.seed),
+        &file,
+        args.force,
+    );
+    all.free_for_results()?;
+    let survey = written(name, &file, args.seed, &all.within(&folder), talk)?;
     talk.step("reading the survey");
     let loaded = load(&folder.join(SURVEY_FILE))?;
     let truth = for_report(&survey.truth);
     let finished = calibrated(&loaded, Method::Both, args.seed, Some(truth), talk)?;
-    let place = write(&args.out, &finished, talk)?;
+    let written = all.results(|out| write(out, &finished, talk))?;
+    let place = place(&written.moved_to(&args.out));
     let text = format!(
         "{}{}\n{}\nSurvey  {}\n{place}",
         report::usbl::summary(&finished.result),

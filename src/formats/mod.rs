@@ -34,6 +34,7 @@ pub mod sbet;
 pub mod sound_speed_csv;
 pub mod soundings_csv;
 pub mod table;
+pub mod tidy;
 pub mod trajectory_csv;
 pub mod usbl_control_csv;
 pub mod usbl_fixes_csv;

@@ -1,7 +1,8 @@
 //! A folder with `result.json` and `report.html`.
 
 use super::{html, json};
-use crate::results::{PoolResult, ReportSamples, WriteError, write_whole};
+use crate::files::land;
+use crate::results::{PoolResult, ReportSamples, WriteError};
 use std::path::{Path, PathBuf};
 
 /// A report could not be written.
@@ -24,7 +25,22 @@ pub struct Written {
     pub report: PathBuf,
 }
 
-/// Writes `result.json` and `report.html` into `folder`, each whole or not at all; the folder is made when missing.
+impl Written {
+    fn in_folder(folder: &Path) -> Self {
+        Self {
+            result: folder.join("result.json"),
+            report: folder.join("report.html"),
+        }
+    }
+
+    /// The same files in another folder.
+    #[must_use]
+    pub fn moved_to(&self, folder: &Path) -> Self {
+        Self::in_folder(folder)
+    }
+}
+
+/// Writes `result.json` and `report.html` into `folder`, together or not at all; the folder is made when missing.
 ///
 /// # Errors
 /// [`ReportError`]; both texts are made before the first is written.
@@ -40,13 +56,11 @@ pub fn write_all(
     )
 }
 
-/// Writes both texts, each whole or not at all.
+/// Writes both texts together or not at all.
 pub(super) fn both(folder: &Path, bytes: &[u8], page: &str) -> Result<Written, ReportError> {
-    let written = Written {
-        result: folder.join("result.json"),
-        report: folder.join("report.html"),
-    };
-    write_whole(&written.result, bytes)?;
-    write_whole(&written.report, page.as_bytes())?;
-    Ok(written)
+    land(
+        folder,
+        &[("result.json", bytes), ("report.html", page.as_bytes())],
+    )?;
+    Ok(Written::in_folder(folder))
 }

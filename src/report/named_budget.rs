@@ -7,7 +7,8 @@ use comfy_table::{CellAlignment, Table};
 
 use super::text::ruled_table;
 use super::{ReportError, html, json};
-use crate::results::{NamedBudget, NamedFigures, NamedPath, NamedShare, write_whole};
+use crate::files::land;
+use crate::results::{NamedBudget, NamedFigures, NamedPath, NamedShare};
 
 /// Where the files are.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,7 +21,7 @@ pub struct WrittenNamedBudget {
     pub page: PathBuf,
 }
 
-/// Writes `result.json`, `budget.csv` and `report.html` into `folder`, each whole or not at all.
+/// Writes `result.json`, `budget.csv` and `report.html` into `folder`, together or not at all.
 ///
 /// # Errors
 /// [`ReportError`]; all texts are made before the first is written.
@@ -35,9 +36,13 @@ pub fn write_named_budget(
         table: folder.join("budget.csv"),
         page: folder.join("report.html"),
     };
-    write_whole(&written.json, &bytes)?;
-    write_whole(&written.table, table(result).as_bytes())?;
-    write_whole(&written.page, page.as_bytes())?;
+    let table = table(result);
+    let files: [(&str, &[u8]); 3] = [
+        ("result.json", &bytes),
+        ("budget.csv", table.as_bytes()),
+        ("report.html", page.as_bytes()),
+    ];
+    land(folder, &files)?;
     Ok(written)
 }
 

@@ -19,8 +19,8 @@ mod samples;
 mod solution;
 mod swath;
 mod usbl;
-mod write;
 
+pub use crate::files::{WriteError, write_bytes as write_whole};
 pub use budget::{
     Agreement, BUDGET_FORMAT_VERSION, BudgetPath, BudgetResult, Interval, Nees, Origin, PathBudget,
     PathStatistics, RefusalCount, Reported, SixFigures, SourceDescription, SourceShare, Sweep,
@@ -62,7 +62,6 @@ pub use usbl::{
     UsblBeacon, UsblFixSample, UsblIteration, UsblJoint, UsblPrintedAngles, UsblReference,
     UsblResiduals, UsblResult, UsblSamples, UsblSolutions, UsblTruth, UsblVerification,
 };
-pub use write::{WriteError, write_whole};
 
 /// A 3 by 3 matrix by rows.
 pub type Matrix3 = [[f64; 3]; 3];

@@ -8,7 +8,6 @@ use super::observations::{laser_problem, place_laser, place_soundings, shift, tr
 use super::problem::{Problem, SurveyError, none_of};
 use super::rules;
 use crate::formats::digest::sha256;
-use crate::formats::error::{FormatError, open};
 use crate::formats::{
     LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_soundings, read_trajectory,
     sound_speed_csv,
@@ -130,15 +129,11 @@ pub(crate) fn typed<T: serde::de::DeserializeOwned>(
 }
 
 pub(crate) fn read_text(path: &Path) -> Result<String, SurveyError> {
-    open(path)?;
-    let bytes = std::fs::read(path).map_err(|e| FormatError::unreadable(path, &e))?;
-    if bytes.iter().all(u8::is_ascii_whitespace) {
+    let text = crate::formats::error::read_text(path)?;
+    if text.trim().is_empty() {
         return Err(Problem::new(path, "whole file", "an empty file", "TOML").into());
     }
-    String::from_utf8(bytes).map_err(|error| {
-        let place = format!("byte {}", error.utf8_error().valid_up_to());
-        Problem::new(path, place, "bytes that are no UTF-8", "TOML").into()
-    })
+    Ok(text)
 }
 
 /// Where the files are, relative to the working directory.

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use toml::de::DeTable;
 
+use crate::formats::error::read_text;
+
 /// The procedures that are built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Procedure {
@@ -21,7 +23,7 @@ pub enum Procedure {
 /// file that cannot be read or names a procedure that is not built.
 #[must_use]
 pub fn procedure_of(file: &Path) -> Procedure {
-    std::fs::read_to_string(file).map_or(Procedure::Pool, |text| procedure_in(&text))
+    read_text(file).map_or(Procedure::Pool, |text| procedure_in(&text))
 }
 
 /// As [`procedure_of`], for a text.

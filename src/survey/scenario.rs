@@ -8,8 +8,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use super::document::Document;
+use super::problem::{Problem, SurveyError};
 use super::procedure::OF_SCENARIO;
 use super::{keys, schema};
+use crate::formats::FormatError;
+use crate::formats::error::read_text;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
 use crate::simulate::scenario::complaint;
@@ -49,10 +52,10 @@ fn list(file: &Path, faults: &[String]) -> String {
 /// # Errors
 /// [`ScenarioError`]: unreadable, not TOML, unknown keys (all of them, with the nearest known one), wrong types, impossible values.
 pub fn read(file: &Path) -> Result<ScenarioFile, ScenarioError> {
-    let text = std::fs::read_to_string(file).map_err(|error| fault(file, error.to_string()))?;
+    let text = read_text(file).map_err(unread)?;
     let folder = file.parent().unwrap_or(Path::new("."));
     parse(file, &text, |model| {
-        std::fs::read_to_string(folder.join(model))
+        read_text(&folder.join(model)).map_err(unread)
     })
 }
 
@@ -61,8 +64,10 @@ pub fn read(file: &Path) -> Result<ScenarioFile, ScenarioError> {
 /// # Errors
 /// As [`read`].
 pub fn from_text(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError> {
-    let absent = || std::io::Error::from(std::io::ErrorKind::NotFound);
-    parse(file, text, |_| Err(absent()))
+    let absent = |model: &str| {
+        FormatError::unreadable(Path::new(model), &std::io::ErrorKind::NotFound.into())
+    };
+    parse(file, text, |model| Err(unread(absent(model))))
 }
 
 /// The sections `[sequential]` and `[joint]` with every default.
@@ -106,6 +111,26 @@ impl ScenarioFile {
     }
 }
 
+/// What is wrong with a file that cannot be read, under its own name.
+fn unread(error: FormatError) -> ScenarioError {
+    let place = error.place;
+    let (found, expected) = (error.found, error.expected);
+    fault(
+        &error.file,
+        format!("{place}: found {found}, expected {expected}"),
+    )
+}
+
+/// What is wrong with a target file that a scenario names, under its own name.
+fn in_target(error: SurveyError) -> ScenarioError {
+    let problem = |p: &Problem| format!("{}: found {}, expected {}", p.place, p.found, p.expected);
+    let file = error.problems.first().map(|p| p.file.clone());
+    ScenarioError {
+        file: file.unwrap_or_default(),
+        faults: error.problems.iter().map(problem).collect(),
+    }
+}
+
 fn fault(file: &Path, fault: String) -> ScenarioError {
     ScenarioError {
         file: file.to_owned(),
@@ -116,7 +141,7 @@ fn fault(file: &Path, fault: String) -> ScenarioError {
 fn parse(
     file: &Path,
     text: &str,
-    open: impl Fn(&str) -> std::io::Result<String>,
+    open: impl Fn(&str) -> Result<String, ScenarioError>,
 ) -> Result<ScenarioFile, ScenarioError> {
     let mut root = table_of(file, text)?;
     if let Some(found) = other_kind(&root) {
@@ -126,13 +151,15 @@ fn parse(
         ));
     }
     let model_text = match path_of_model(&root) {
-        Some(path) => Some(
-            open(&path).map_err(|e| fault(file, format!("[target] model = \"{path}\": {e}")))?,
-        ),
+        Some(path) => Some((
+            open(&path)?,
+            file.parent().unwrap_or(Path::new("")).join(path),
+        )),
         None => None,
     };
-    if let Some(model_text) = &model_text {
-        insert_model(&mut root, table_of(file, model_text)?);
+    if let Some((model_text, model_file)) = &model_text {
+        super::load::parse_target(model_file, model_text).map_err(in_target)?;
+        insert_model(&mut root, table_of(model_file, model_text)?);
     }
     let name = |root: &mut Spanned<DeTable<'_>>, section, default: &str| {
         take_text(root, section, "path").unwrap_or_else(|| default.to_owned())

@@ -6,10 +6,13 @@ use std::path::Path;
 use las::point::Format;
 use las::{Builder, Point, Transform, Vector};
 
+use crate::files::temporary::{new_in, sweep};
+use crate::files::whole::{folder_of, readable_by_all};
 use crate::formats::error::FormatError;
 use crate::formats::extension;
-use crate::formats::whole::readable_by_all;
 
+/// System identifier of the files written here: georeferenced by this program, so that it may replace them.
+pub const WRITTEN_BY: &str = "boresight apply";
 /// Resolution of written coordinates, metres.
 const SCALE_M: f64 = 0.0001;
 
@@ -44,15 +47,10 @@ pub fn write<E: From<FormatError>>(
     chunks: impl Iterator<Item = Result<Vec<CloudPoint>, E>>,
 ) -> Result<u64, E> {
     let refused = |error: &dyn std::fmt::Display| E::from(FormatError::unwritable(path, error));
-    let folder = path
-        .parent()
-        .filter(|f| !f.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let temporary = tempfile::Builder::new()
-        .prefix(".boresight-")
-        .tempfile_in(folder)
-        .map_err(|e| refused(&e))?;
-    let file = temporary.reopen().map_err(|e| refused(&e))?;
+    let folder = folder_of(path);
+    sweep(folder);
+    let temporary = new_in(folder).map_err(|e| refused(&e))?;
+    let file = temporary.as_file().try_clone().map_err(|e| refused(&e))?;
     let header = header(layout, extension(path) != "las").map_err(|e| refused(&e))?;
     let writer = las::Writer::new(BufWriter::with_capacity(1 << 20, file), header)
         .map_err(|e| refused(&e))?;
@@ -100,6 +98,7 @@ fn header(layout: &Layout, compressed: bool) -> Result<las::Header, las::Error> 
     builder.point_format = Format::new(6)?;
     builder.point_format.is_compressed = compressed;
     builder.generating_software = "boresight".to_owned();
+    builder.system_identifier = WRITTEN_BY.to_owned();
     let transform = |middle_m: f64| Transform {
         scale: SCALE_M,
         offset: middle_m.round(),

@@ -20,6 +20,7 @@ use crate::observe::{AttitudeRecord, SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::results::InputFile;
 use crate::survey::document::Document;
 use crate::survey::file::OutsideRule;
+use crate::survey::load::read_text;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::schema;
 
@@ -49,14 +50,7 @@ pub struct LoadedUsbl {
 /// [`SurveyError`] with every fault that can be told at once.
 pub fn load(path: &Path) -> Result<LoadedUsbl, SurveyError> {
     let folder = path.parent().unwrap_or(Path::new(".")).to_owned();
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        Problem::new(
-            path,
-            "whole file",
-            error.to_string(),
-            "a readable survey file",
-        )
-    })?;
+    let text = read_text(path)?;
     let file = parse(path, &text)?;
     let contents = read(&file, &folder)?;
     let mut inputs = vec![input(path, &own_name(path))?];

@@ -38,8 +38,11 @@ pub struct Calibration {
 /// # Errors
 /// [`ScenarioError`]: unreadable, not TOML, unknown keys, wrong types, impossible values.
 pub fn read(file: &Path) -> Result<UsblScenarioFile, ScenarioError> {
-    let text =
-        std::fs::read_to_string(file).map_err(|error| failed(file, vec![error.to_string()]))?;
+    let unread = |e: crate::formats::FormatError| {
+        let fault = format!("{}: found {}, expected {}", e.place, e.found, e.expected);
+        failed(file, vec![fault])
+    };
+    let text = crate::formats::error::read_text(file).map_err(unread)?;
     from_text(file, &text)
 }
 
