@@ -12,17 +12,17 @@ use super::out::free_for_cloud;
 use super::talk::Talk;
 use crate::formats::FormatError;
 use crate::formats::error::{FaultKind, Place, read_text};
-use crate::formats::las::stream::{self, CloudPoint, Layout};
+use crate::formats::las::stream::{self, CloudPoint, Layout, is_standard_time};
 use crate::formats::las::wkt;
 use crate::geometry::Ellipsoid;
 use crate::geometry::utm::Utm;
 use crate::observe::Mounting;
 use crate::procedures::pool::apply::{Georeferenced, Sensor, points};
 use crate::procedures::pool::summary::residuals::Model;
+use crate::procedures::pool::survey;
 use crate::procedures::pool::{PoolError, Scene};
 use crate::report::json;
 use crate::results::{Estimate, ExtraParameter, PoolResult};
-use crate::survey;
 
 /// Runs the command.
 pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
@@ -181,6 +181,7 @@ impl System {
     /// The target's origin is the middle.
     fn layout(&self, scene: &Scene) -> Layout {
         let origin = &scene.pose.origin;
+        let standard_time = is_standard_time(&scene.campaign.soundings.time_s);
         let geocentric = self.ellipsoid.to_geocentric(origin).coordinates;
         let plane = self
             .utm
@@ -190,10 +191,12 @@ impl System {
             Some((utm, (easting, northing))) => Layout {
                 middle_m: [easting, northing, origin.height_m],
                 wkt: wkt::utm(self.ellipsoid, utm.zone()),
+                standard_time,
             },
             None => Layout {
                 middle_m: geocentric.into(),
                 wkt: wkt::geocentric(self.ellipsoid),
+                standard_time,
             },
         }
     }

@@ -17,11 +17,11 @@ use crate::budget::trial::Configuration;
 use crate::budget::{predicted, soundings, summary, sweep};
 use crate::calibrate::choices::Method;
 use crate::formats::error::read_text;
+use crate::procedures::pool::survey::claims::claims;
+use crate::procedures::pool::survey::{self as survey, scenario};
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetPath, BudgetResult};
 use crate::simulate::{Scenario, SimulateError};
-use crate::survey::claims::claims;
-use crate::survey::{self, scenario};
 use crate::target::Target;
 
 /// Files of a budget.
@@ -36,7 +36,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Runs the command.
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
-    if read_text(&args.scenario).is_ok_and(|text| survey::is_survey(&text)) {
+    if read_text(&args.scenario).is_ok_and(|text| crate::survey::is_survey(&text)) {
         return of_survey(args, talk);
     }
     let file = scenario::read(&args.scenario)?;

@@ -8,7 +8,7 @@ use crate::files::{self, FolderError, Ours};
 use crate::formats::digest::sha256_of;
 use crate::formats::las::stream::WRITTEN_BY;
 use crate::results::InputFile;
-use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
+use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 /// Files of a calibration.
 pub const RESULT_FILES: [&str; 2] = ["result.json", "report.html"];

@@ -78,6 +78,17 @@ pub fn read_laser(path: &Path) -> Result<LaserRecords, FormatError> {
     }
 }
 
+/// As [`read_laser`], for georeferenced points: a LAS or LAZ without GPS time will do.
+///
+/// # Errors
+/// As [`read_laser`].
+pub fn read_laser_cloud(path: &Path) -> Result<LaserRecords, FormatError> {
+    match extension(path).as_str() {
+        "las" | "laz" => las::read_untimed(path),
+        _ => read_laser(path),
+    }
+}
+
 /// Reads soundings from a `.csv`.
 ///
 /// # Errors

@@ -19,6 +19,7 @@ mod samples;
 mod solution;
 mod swath;
 mod usbl;
+mod verdict;
 
 pub use crate::files::{WriteError, write_bytes as write_whole};
 pub use budget::{
@@ -62,6 +63,7 @@ pub use usbl::{
     UsblBeacon, UsblFixSample, UsblIteration, UsblJoint, UsblPrintedAngles, UsblReference,
     UsblResiduals, UsblResult, UsblSamples, UsblSolutions, UsblTruth, UsblVerification,
 };
+pub use verdict::{Finding, Severity, Verdict, VerdictState};
 
 /// A 3 by 3 matrix by rows.
 pub type Matrix3 = [[f64; 3]; 3];

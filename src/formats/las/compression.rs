@@ -60,14 +60,16 @@ impl Compression {
         for [number, bytes, version] in &self.items {
             let item = Item::of(*number, *bytes, *version);
             items.push(item.ok_or_else(|| {
-                let found =
-                    format!("compressed item {number} of {bytes} bytes, version {version}");
+                let found = format!("compressed item {number} of {bytes} bytes, version {version}");
                 (found, "an item of the LASzip specification")
             })?);
         }
         let kinds: Vec<Kind> = items.iter().map(|i| i.kind).collect();
         if !goes_with(&kinds, header) {
-            let found = format!("compressed items {kinds:?} in point format {}", header.format);
+            let found = format!(
+                "compressed items {kinds:?} in point format {}",
+                header.format
+            );
             return Err((found, "the items of that point format, each once"));
         }
         let bytes: u64 = items.iter().map(|i| u64::from(i.bytes)).sum();

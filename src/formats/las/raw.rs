@@ -193,12 +193,7 @@ impl<R: Read + Seek> Check<'_, R> {
     }
 
     /// `length` bytes at an offset.
-    fn piece(
-        &mut self,
-        byte: u64,
-        length: u64,
-        what: &str,
-    ) -> Result<Vec<u8>, FormatError> {
+    fn piece(&mut self, byte: u64, length: u64, what: &str) -> Result<Vec<u8>, FormatError> {
         self.inside(byte, length, what)?;
         self.seek(byte)?;
         let mut bytes = vec![0; length as usize];
@@ -368,11 +363,7 @@ impl<R: Read + Seek> Check<'_, R> {
     }
 
     /// The chunk table stands behind the points; a truncated file has lost it. Its place.
-    fn chunk_table(
-        &mut self,
-        header: &Header,
-        chunked: bool,
-    ) -> Result<Option<u64>, FormatError> {
+    fn chunk_table(&mut self, header: &Header, chunked: bool) -> Result<Option<u64>, FormatError> {
         let begin = u64::from(header.offset_to_points);
         if !chunked {
             return self.inside(begin, 1, "compressed points").map(|()| None);

@@ -42,7 +42,13 @@ pub fn read_from(
     if !header.has_gps_time() {
         let found = format!("point format {}, which has no GPS time", header.format);
         let expected = "a point format with GPS time (1, 3 to 10)";
-        return Err(FormatError::new(FaultKind::BadValue, file, Place::Header, found, expected));
+        return Err(FormatError::new(
+            FaultKind::BadValue,
+            file,
+            Place::Header,
+            found,
+            expected,
+        ));
     }
     all(file, source, size, &header, points)
 }

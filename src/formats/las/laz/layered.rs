@@ -113,9 +113,7 @@ impl Channel {
             0 => self.number,
             1 => (self.number + 1) % 16,
             2 => (self.number + 15) % 16,
-            _ if changed & 16 != 0 => {
-                decoder.symbol(self.number_models.of(self.number), layer)?
-            }
+            _ if changed & 16 != 0 => decoder.symbol(self.number_models.of(self.number), layer)?,
             _ => (self.number + decoder.symbol(&mut self.number_same_time, layer)? + 2) % 16,
         };
         Ok(())
@@ -189,8 +187,7 @@ impl Chunk {
             let step = decoder.symbol(&mut before.scanner, layer)?;
             let (point, returns, number) = (before.point, before.returns, before.number);
             self.channel = (self.channel + step + 1) % 4;
-            self.channels[self.channel]
-                .get_or_insert_with(|| Channel::new(point, returns, number));
+            self.channels[self.channel].get_or_insert_with(|| Channel::new(point, returns, number));
         }
         let channel = self.channels[self.channel].as_mut().ok_or(Fault::Damaged)?;
         channel.time_changed = changed & 16 != 0;

@@ -316,7 +316,6 @@ impl Default for Colour {
 }
 
 impl Colour {
-
     fn pass(&mut self, decoder: &mut Decoder, bytes: &mut impl Bytes) -> Result<(), Fault> {
         let used = decoder.symbol(&mut self.used, bytes)?;
         let grey = used & 64 == 0;

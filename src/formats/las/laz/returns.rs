@@ -98,10 +98,12 @@ mod tests {
     #[test]
     fn the_median_follows_its_values() {
         let mut median = Median::default();
-        let found: Vec<i32> = [5, 6, -3, 7, 8, 9, 9, 9].map(|v| {
-            median.add(v);
-            median.get()
-        }).into();
+        let found: Vec<i32> = [5, 6, -3, 7, 8, 9, 9, 9]
+            .map(|v| {
+                median.add(v);
+                median.get()
+            })
+            .into();
         assert_eq!(found, [0, 0, 0, 0, 5, 6, 7, 8]);
     }
 }

@@ -133,7 +133,9 @@ impl Times {
             _ => 5,
         };
         let predicted = multiple.wrapping_mul(self.differences[self.last]);
-        let found = self.differences_coder.next(predicted, context, decoder, bytes)?;
+        let found = self
+            .differences_coder
+            .next(predicted, context, decoder, bytes)?;
         self.advance(found);
         match multiple {
             1 => self.extremes[self.last] = 0,
@@ -235,11 +237,19 @@ impl OldTimes {
             0 => (self.difference / 4, 2),
             1 => (self.difference, 1),
             m => {
-                let context = if m < 10 { 3 } else if m < 50 { 4 } else { 5 };
+                let context = if m < 10 {
+                    3
+                } else if m < 50 {
+                    4
+                } else {
+                    5
+                };
                 (self.difference.wrapping_mul(m), context)
             }
         };
-        let found = self.differences_coder.next(predicted, context, decoder, bytes)?;
+        let found = self
+            .differences_coder
+            .next(predicted, context, decoder, bytes)?;
         self.time = self.time.wrapping_add(found.into());
         let extreme = multiple == 0 || multiple == OLD_SYMBOLS as i32 - 3;
         if multiple == 1 {

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use super::file::RailSurveyFile;
 use super::keys;
-use crate::formats::digest::sha256;
+use crate::formats::digest::{Stamps, sha256};
 use crate::formats::{attitude_csv, rail_csv, read_rail_profiles};
 use crate::observe::RailCampaign;
 use crate::results::InputFile;
 use crate::survey::document::Document;
-use crate::survey::load::{keep, read_text, typed};
 use crate::survey::problem::{Problem, SurveyError, none_of};
-use crate::survey::rules::missing_files;
+use crate::survey::reading::missing_files;
+use crate::survey::reading::{keep, read_text, typed};
 use crate::survey::schema;
 use crate::target::{RailModel, RailProfile};
 
@@ -34,6 +34,7 @@ pub struct LoadedRail {
 /// [`SurveyError`] with everything that is wrong: first with the survey file itself, then with the files.
 pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
     let folder = path.parent().unwrap_or(Path::new(""));
+    let mut stamps = Stamps::begin(path);
     let file = parse_survey(path, &read_text(path)?, Some(folder))?;
     let named = [
         &file.rail.model,
@@ -42,6 +43,7 @@ pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
         &file.table.path,
     ];
     let [model, profiles, attitude, table] = named.map(|name| folder.join(name));
+    stamps.add(named.map(|name| folder.join(name)));
     let mut problems = vec![];
     let rail = keep(
         &mut problems,
@@ -78,6 +80,7 @@ pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
     for name in named {
         inputs.push(digest(&folder.join(name), name)?);
     }
+    stamps.unchanged()?;
     Ok(LoadedRail {
         campaign,
         rail,

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::file::UsblFile;
 use super::keys;
 use crate::formats::attitude_csv;
-use crate::formats::digest::sha256;
+use crate::formats::digest::{Stamps, sha256};
 use crate::formats::sound_speed_csv;
 use crate::formats::usbl_control_csv::{
     self, ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
@@ -19,10 +19,10 @@ use crate::observe::usbl::{Beacon, ControlPoint, Fixes, Role, UsblCampaign};
 use crate::observe::{AttitudeRecord, SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::results::InputFile;
 use crate::survey::document::Document;
-use crate::survey::file::OutsideRule;
-use crate::survey::load::read_text;
 use crate::survey::problem::{Problem, SurveyError, none_of};
+use crate::survey::reading::read_text;
 use crate::survey::schema;
+use crate::survey::sections::OutsideRule;
 
 /// Control farther from the transducer than this is a slip, metres.
 const FAR_M: f64 = 12_000.0;
@@ -50,8 +50,17 @@ pub struct LoadedUsbl {
 /// [`SurveyError`] with every fault that can be told at once.
 pub fn load(path: &Path) -> Result<LoadedUsbl, SurveyError> {
     let folder = path.parent().unwrap_or(Path::new(".")).to_owned();
+    let mut stamps = Stamps::begin(path);
     let text = read_text(path)?;
     let file = parse(path, &text)?;
+    let of_profile = file.sound_speed.profile.as_ref();
+    let observed = [&file.control.path, &file.fixes.path, &file.attitude.path];
+    stamps.add(
+        observed
+            .into_iter()
+            .chain(of_profile)
+            .map(|name| folder.join(name)),
+    );
     let contents = read(&file, &folder)?;
     let mut inputs = vec![input(path, &own_name(path))?];
     let profile = file.sound_speed.profile.as_ref();
@@ -59,6 +68,7 @@ pub fn load(path: &Path) -> Result<LoadedUsbl, SurveyError> {
     for name in named.into_iter().chain(profile) {
         inputs.push(input(&folder.join(name), name)?);
     }
+    stamps.unchanged()?;
     compose(file, contents, inputs, &folder)
 }
 

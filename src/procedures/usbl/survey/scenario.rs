@@ -74,7 +74,7 @@ pub fn from_text(file: &Path, text: &str) -> Result<UsblScenarioFile, ScenarioEr
         }),
         Ok(_) => Err(failed(file, faults)),
         Err(more) => {
-            faults.extend(more);
+            faults.extend(more.iter().map(|fault| document.placed(fault)));
             Err(failed(file, faults))
         }
     }

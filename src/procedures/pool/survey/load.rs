@@ -2,19 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use super::document::Document;
 use super::file::SurveyFile;
 use super::observations::{laser_problem, place_laser, place_soundings, shift, trajectory_problem};
-use super::problem::{Problem, SurveyError, none_of};
 use super::rules;
-use crate::formats::digest::sha256;
+use crate::formats::digest::Stamps;
 use crate::formats::{
-    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_soundings, read_trajectory,
-    sound_speed_csv,
+    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_laser_cloud, read_soundings,
+    read_trajectory, sound_speed_csv,
 };
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{Campaign, LaserCoordinates, SoundSpeed, SoundSpeedProfile, SoundingRange};
 use crate::results::InputFile;
+use crate::survey::document::Document;
+use crate::survey::problem::{Problem, SurveyError, none_of};
+use crate::survey::reading::{digests, keep, read_text, typed};
 use crate::target::{Target, TargetModel};
 
 /// A survey in memory.
@@ -60,13 +61,16 @@ pub struct Counts {
 /// their times. Nothing is written.
 pub fn load(path: &Path) -> Result<LoadedSurvey, SurveyError> {
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut stamps = Stamps::begin(path);
     let file = read_survey_file(path, Some(&folder))?;
     let paths = Paths::new(&file, &folder);
+    stamps.add(named(&file).iter().map(|name| folder.join(name)));
     let (contents, inputs) = rayon::join(
         || read_contents(&file, &paths),
-        || digests(path, &file, &folder),
+        || digests(path, &folder, &named(&file)),
     );
     let (contents, inputs) = (contents?, inputs?);
+    stamps.unchanged()?;
     compose(file, &paths, contents, inputs)
 }
 
@@ -109,31 +113,6 @@ pub fn parse_target(path: &Path, text: &str) -> Result<(TargetModel, Target), Su
             .collect(),
     })?;
     Ok((model, target))
-}
-
-/// The checked text as its type; what the tables of keys let through and serde does not is a problem without a key.
-pub(crate) fn typed<T: serde::de::DeserializeOwned>(
-    path: &Path,
-    text: &str,
-) -> Result<T, SurveyError> {
-    toml::from_str(text).map_err(|error: toml::de::Error| {
-        let message = error.message().replace('\n', " ");
-        Problem::new(
-            path,
-            "whole file",
-            format!("\"{message}\""),
-            "values of the right kind",
-        )
-        .into()
-    })
-}
-
-pub(crate) fn read_text(path: &Path) -> Result<String, SurveyError> {
-    let text = crate::formats::error::read_text(path)?;
-    if text.trim().is_empty() {
-        return Err(Problem::new(path, "whole file", "an empty file", "TOML").into());
-    }
-    Ok(text)
 }
 
 /// Where the files are, relative to the working directory.
@@ -209,11 +188,6 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
     }
 }
 
-/// The value, or its problems on the list.
-pub(crate) fn keep<T>(problems: &mut Vec<Problem>, result: Result<T, SurveyError>) -> Option<T> {
-    result.map_err(|error| problems.extend(error.problems)).ok()
-}
-
 fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecords, SurveyError> {
     let mut records = read_trajectory(path)?;
     none_of(
@@ -226,18 +200,17 @@ fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecord
 }
 
 fn checked_laser(path: &Path, frame: LaserCoordinates) -> Result<LaserRecords, SurveyError> {
-    let records = read_laser(path)?;
+    let records = match frame {
+        LaserCoordinates::Sensor => read_laser(path)?,
+        // points that are georeferenced need no time
+        _ => read_laser_cloud(path)?,
+    };
     none_of(laser_problem(path, &records, frame).into_iter().collect())?;
     Ok(records)
 }
 
-/// The digests of all files, the survey file first under its bare name.
-fn digests(path: &Path, file: &SurveyFile, folder: &Path) -> Result<Vec<InputFile>, SurveyError> {
-    let own = path.file_name().unwrap_or_default().to_string_lossy();
-    let mut inputs = vec![InputFile {
-        path: own.into_owned(),
-        sha256: sha256(path)?,
-    }];
+/// The files that a survey file names, as it names them.
+fn named(file: &SurveyFile) -> Vec<&str> {
     let profile = file.sound_speed.as_ref().and_then(|s| s.profile.as_ref());
     let named = [
         Some(&file.target.model),
@@ -246,14 +219,7 @@ fn digests(path: &Path, file: &SurveyFile, folder: &Path) -> Result<Vec<InputFil
         Some(&file.multibeam.path),
         profile,
     ];
-    for name in named.into_iter().flatten() {
-        let digest = sha256(&folder.join(name))?;
-        inputs.push(InputFile {
-            path: name.clone(),
-            sha256: digest,
-        });
-    }
-    Ok(inputs)
+    named.into_iter().flatten().map(String::as_str).collect()
 }
 
 /// The sound speed that the soundings need, or why there is none.
@@ -293,6 +259,7 @@ fn compose(
         mut soundings,
         profile,
     } = contents;
+    let of_returns = std::mem::take(&mut laser.notes);
     let section = &file.trajectory;
     let trajectory = trajectory.into_trajectory(
         file.target.ellipsoid,
@@ -337,7 +304,10 @@ fn compose(
     };
     Ok(LoadedSurvey {
         pose: file.target.pose(),
-        notes: notes(&counts, &campaign),
+        notes: of_returns
+            .into_iter()
+            .chain(notes(&counts, &campaign))
+            .collect(),
         file,
         campaign,
         target_model: model,

@@ -1,21 +1,22 @@
 //! Scenario files: a survey file's keys plus what only the simulator needs; read with every fault named at once.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Deserialize;
-use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
-use super::document::Document;
-use super::problem::{Problem, SurveyError};
-use super::procedure::OF_SCENARIO;
-use super::{keys, schema};
+use super::keys;
 use crate::formats::FormatError;
 use crate::formats::error::read_text;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
 use crate::simulate::scenario::complaint;
+use crate::survey::document::Document;
+use crate::survey::problem::ScenarioError;
+use crate::survey::problem::{Problem, SurveyError};
+use crate::survey::procedure::OF_SCENARIO;
+use crate::survey::schema;
 
 /// A scenario, and what it says of the survey files and the calibration.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,21 +31,6 @@ pub struct ScenarioFile {
     pub multibeam: String,
     /// The sections `[sequential]` and `[joint]`, handed on to the survey file as they are.
     pub calibration: toml::Table,
-}
-
-/// What is wrong with a scenario file; every fault that can be told at once.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{}", list(file, faults))]
-pub struct ScenarioError {
-    /// The file.
-    pub file: PathBuf,
-    /// One sentence each: place, found, expected.
-    pub faults: Vec<String>,
-}
-
-fn list(file: &Path, faults: &[String]) -> String {
-    let line = |fault: &String| format!("{}: {fault}", file.display());
-    faults.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// Reads a scenario file; a target given as a path is read from beside it.
@@ -81,33 +67,13 @@ pub struct Calibration {
 }
 
 impl ScenarioFile {
-    /// How the scenario is to be calibrated, judged as in a survey file; `file` names the scenario in messages.
+    /// How the scenario is to be calibrated; `file` names the scenario in messages.
     ///
     /// # Errors
-    /// [`ScenarioError`] with every unknown key, wrong type and impossible value.
+    /// [`ScenarioError`] for what reading the file let through, which is nothing.
     pub fn calibration(&self, file: &Path) -> Result<Calibration, ScenarioError> {
-        let text = self.calibration.to_string();
-        let error = |faults| ScenarioError {
-            file: file.to_owned(),
-            faults,
-        };
-        let document = Document::parse(file, &text)
-            .map_err(|problems| error(problems.iter().map(|p| p.found.clone()).collect()))?;
-        let problems = schema::check(&document, keys::CALIBRATION);
-        if !problems.is_empty() {
-            // lines would be those of the sections alone
-            let key = |place: &str| place.split_once(", ").map_or("", |(_, key)| key).to_owned();
-            let fault = problems.iter().map(|p| {
-                format!(
-                    "{}: found {}, expected {}",
-                    key(&p.place),
-                    p.found,
-                    p.expected
-                )
-            });
-            return Err(error(fault.collect()));
-        }
-        toml::from_str(&text).map_err(|e| error(vec![e.message().to_owned()]))
+        toml::from_str(&self.calibration.to_string())
+            .map_err(|e| fault(file, e.message().to_owned()))
     }
 }
 
@@ -123,12 +89,47 @@ fn unread(error: FormatError) -> ScenarioError {
 
 /// What is wrong with a target file that a scenario names, under its own name.
 fn in_target(error: SurveyError) -> ScenarioError {
-    let problem = |p: &Problem| format!("{}: found {}, expected {}", p.place, p.found, p.expected);
     let file = error.problems.first().map(|p| p.file.clone());
+    in_file(&file.unwrap_or_default(), &error.problems)
+}
+
+fn in_file(file: &Path, problems: &[Problem]) -> ScenarioError {
     ScenarioError {
-        file: file.unwrap_or_default(),
-        faults: error.problems.iter().map(problem).collect(),
+        file: file.to_owned(),
+        faults: problems.iter().map(in_words).collect(),
     }
+}
+
+fn in_words(p: &Problem) -> String {
+    format!("{}: found {}, expected {}", p.place, p.found, p.expected)
+}
+
+/// The faults with their lines.
+fn placed(document: &Document<'_>, faults: Vec<String>) -> ScenarioError {
+    ScenarioError {
+        file: document.file().to_owned(),
+        faults: faults.iter().map(|fault| document.placed(fault)).collect(),
+    }
+}
+
+/// Faults of `[sequential]` and `[joint]`, judged as in a survey file.
+fn calibration_faults(document: &Document<'_>) -> Vec<String> {
+    let own = |p: &&Problem| p.place.contains("[sequential]") || p.place.contains("[joint]");
+    let problems = schema::check(document, keys::CALIBRATION);
+    problems.iter().filter(own).map(in_words).collect()
+}
+
+/// Names of files to write that would lead out of the survey's folder.
+fn paths_out(paths: &[(&str, Option<&str>)]) -> Vec<String> {
+    let leads_out =
+        |name: &str| name.contains(['/', '\\', ':']) || name.starts_with('.') || name.is_empty();
+    let named = paths.iter().filter_map(|(key, name)| Some((key, (*name)?)));
+    named
+        .filter(|(_, name)| leads_out(name))
+        .map(|(key, name)| {
+            format!("{key} = \"{name}\", expected the name of a file, without folders")
+        })
+        .collect()
 }
 
 fn fault(file: &Path, fault: String) -> ScenarioError {
@@ -144,6 +145,7 @@ fn parse(
     open: impl Fn(&str) -> Result<String, ScenarioError>,
 ) -> Result<ScenarioFile, ScenarioError> {
     let mut root = table_of(file, text)?;
+    let document = Document::parse(file, text).map_err(|problems| in_file(file, &problems))?;
     if let Some(found) = other_kind(&root) {
         return Err(fault(
             file,
@@ -170,10 +172,19 @@ fn parse(
         name(&mut root, "multibeam", "multibeam.csv"),
     );
     let calibration = take_calibration(&mut root);
-    let scenario = deserialise(text, &mut root).map_err(|faults| ScenarioError {
-        file: file.to_owned(),
-        faults,
-    })?;
+    let mut faults = calibration_faults(&document);
+    faults.extend(paths_out(&[
+        ("trajectory.path", trajectory.as_deref()),
+        ("lidar.path", Some(&lidar)),
+        ("multibeam.path", Some(&multibeam)),
+    ]));
+    let found = deserialise(text, &mut root).map_err(|more| faults.extend(more));
+    let Ok(scenario) = found else {
+        return Err(placed(&document, faults));
+    };
+    if !faults.is_empty() {
+        return Err(placed(&document, faults));
+    }
     let recorded = if scenario.trajectory.velocity {
         "trajectory.out"
     } else {
@@ -357,7 +368,8 @@ mod tests {
             .replace("speed_m_s = 0.8", "speed_m_s = -1.0");
         let faults = faults_of(&text);
         assert!(
-            faults.contains(&"multibeam.beams = 1, expected 2 to 30000".to_owned()),
+            faults.iter().any(|f| f.starts_with("line ")
+                && f.ends_with("multibeam.beams = 1, expected 2 to 30000")),
             "{faults:?}"
         );
         assert!(
@@ -423,8 +435,7 @@ mod tests {
             "[lidar]",
             "[joint]\ndrift = \"of\"\ngate_sigma = 2.0\n[sequential]\nvariants = \"literal\"\n\n[lidar]",
         );
-        let file = from_text(Path::new("s.toml"), &text).expect("a scenario");
-        let error = file.calibration(Path::new("s.toml")).expect_err("faults");
+        let error = from_text(Path::new("s.toml"), &text).expect_err("faults");
         let text = error.to_string();
         assert_eq!(error.faults.len(), 3, "{text}");
         for expected in [
