@@ -17,6 +17,7 @@ use crate::formats::las::wkt;
 use crate::geometry::Ellipsoid;
 use crate::geometry::utm::Utm;
 use crate::observe::Mounting;
+use crate::procedures;
 use crate::procedures::pool::apply::{Georeferenced, Sensor, points};
 use crate::procedures::pool::summary::residuals::Model;
 use crate::procedures::pool::survey;
@@ -30,6 +31,7 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.calibration.display()));
     let model = model(&args.calibration, args.solution)?;
     talk.step(&format!("reading {}", args.survey.display()));
+    procedures::of_file(&args.survey)?;
     let survey = survey::load(&args.survey)?;
     free_for_cloud(
         &args.out,

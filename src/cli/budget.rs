@@ -5,8 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 use super::Ending;
 use super::args::Budget;
-use super::calibrate::{folder_of, input};
+use super::calibrate::folder_of;
 use super::error::CliError;
+use super::named_budget;
 use super::out::tried;
 use super::talk::Talk;
 use crate::budget::analytic::{
@@ -15,8 +16,10 @@ use crate::budget::analytic::{
 use crate::budget::experiment::{Ended, Experiment};
 use crate::budget::trial::Configuration;
 use crate::budget::{predicted, soundings, summary, sweep};
-use crate::calibrate::choices::Method;
+use crate::calibrate::seam::Settings;
 use crate::formats::error::read_text;
+use crate::procedures;
+use crate::procedures::pool::procedure::input;
 use crate::procedures::pool::survey::claims::claims;
 use crate::procedures::pool::survey::{self as survey, scenario};
 use crate::report::{self, budget as pages};
@@ -36,9 +39,23 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Runs the command.
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
+    let procedure = procedures::of_file(&args.scenario)?;
     if read_text(&args.scenario).is_ok_and(|text| crate::survey::is_survey(&text)) {
-        return of_survey(args, talk);
+        return if procedure.uses().survey_budget {
+            of_survey(args, talk)
+        } else {
+            let (file, procedure) = (args.scenario.clone(), procedure.name());
+            Err(CliError::NeedsScenario { file, procedure })
+        };
     }
+    match procedures::scenario(&args.scenario)?.tried()? {
+        Some(tried) => named_budget::run(&*tried, args, talk),
+        None => of_scenario(args, talk),
+    }
+}
+
+/// The budget of a scenario whose sources can be propagated as well as tried.
+fn of_scenario(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     let file = scenario::read(&args.scenario)?;
     let calibration = file.calibration(&args.scenario)?;
     let configuration = Configuration {
@@ -99,7 +116,11 @@ fn of_survey(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     let folder = folder(args, &claims.name);
     tried(&folder, &BUDGET_FILES)?;
     talk.step("calibrating, and propagating every source through both paths");
-    let found = match of_survey_with(&claims, &input(&survey, Method::Both, args.seed)) {
+    let settings = Settings {
+        seed: Some(args.seed),
+        ..Settings::default()
+    };
+    let found = match of_survey_with(&claims, &input(&survey, &settings)) {
         Ok(analytic) => {
             predicted::add(&mut result, &claims, &analytic);
             soundings::or_propagated(vec![], &analytic)

@@ -10,10 +10,8 @@ use super::error::CliError;
 use super::talk::Talk;
 use super::{Ending, out};
 use crate::budget::named::{self, Tried, Wanted};
-use crate::formats::error::read_text;
 use crate::report::{named_budget as pages, write_named_budget};
 use crate::results::NamedBudget;
-use crate::survey::is_survey;
 
 /// Trials of all sources together when the user says nothing.
 const TRIALS: u64 = 200;
@@ -50,15 +48,6 @@ pub fn run(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliE
     }
     result.command = command(args, &wanted);
     written(&result, &folder, stopped, talk)
-}
-
-/// Refuses a survey: nobody knows its truth.
-pub fn needs_scenario(file: &Path, procedure: &'static str) -> Result<(), CliError> {
-    if read_text(file).is_ok_and(|text| is_survey(&text)) {
-        let file = file.to_owned();
-        return Err(CliError::NeedsScenario { file, procedure });
-    }
-    Ok(())
 }
 
 /// What only a pool's budget has.

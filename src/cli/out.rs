@@ -4,7 +4,8 @@ use std::io::Read;
 use std::path::Path;
 
 use super::error::CliError;
-use crate::files::{self, FolderError, Ours};
+use crate::calibrate::seam::InputError;
+use crate::files::{self, FolderError};
 use crate::formats::digest::sha256_of;
 use crate::formats::las::stream::WRITTEN_BY;
 use crate::results::InputFile;
@@ -13,70 +14,19 @@ use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 /// Files of a calibration.
 pub const RESULT_FILES: [&str; 2] = ["result.json", "report.html"];
 
-/// A folder that a command fills with files that belong together.
-#[derive(Clone, Debug)]
-pub struct Place<'a> {
-    folder: &'a Path,
-    made: String,
+/// Lets `write` make a survey from a scenario's text, all of its files together or none; only over what this program wrote, and over
+/// another survey of its own only with `force`.
+pub fn survey_into<T>(
+    folder: &Path,
+    (command, scenario): (&str, &str),
     force: bool,
-}
-
-impl<'a> Place<'a> {
-    /// A folder, and what is made in it: the command in words, and the scenario it is made from.
-    pub fn new(
-        folder: &'a Path,
-        command: &str,
-        scenario: &impl std::fmt::Debug,
-        force: bool,
-    ) -> Self {
-        let digest = sha256_of(format!("{scenario:?}").as_bytes());
-        let made = format!("{command} (scenario {})", &digest[..12]);
-        Self {
-            folder,
-            made,
-            force,
-        }
-    }
-
-    /// The same job in another folder.
-    pub fn within<'b>(&self, folder: &'b Path) -> Place<'b> {
-        let (made, force) = (self.made.clone(), self.force);
-        Place {
-            folder,
-            made,
-            force,
-        }
-    }
-
-    /// Makes a survey's files.
-    pub fn survey<T>(
-        &self,
-        write: impl FnOnce(&Path) -> Result<T, CliError>,
-    ) -> Result<T, CliError> {
-        files::made_together(
-            self.folder,
-            &self.made,
-            self.force,
-            &[SURVEY_FILE, TRUTH_FILE],
-            write,
-        )
-    }
-
-    /// Refuses a folder where a survey or a result stands that this job may not replace.
-    pub fn free_for_results(&self) -> Result<(), CliError> {
-        let names = RESULT_FILES.into_iter().chain([SURVEY_FILE]);
-        let ours = Ours::of(self.folder);
-        Ok(ours.may_replace(self.folder, &self.made, self.force, names)?)
-    }
-
-    /// Makes the files of a calibration.
-    pub fn results<T>(
-        &self,
-        write: impl FnOnce(&Path) -> Result<T, CliError>,
-    ) -> Result<T, CliError> {
-        self.free_for_results()?;
-        files::made_together(self.folder, &self.made, self.force, &RESULT_FILES, write)
-    }
+    write: impl FnOnce(&Path) -> Result<T, InputError>,
+) -> Result<T, CliError> {
+    let digest = sha256_of(scenario.as_bytes());
+    let made = format!("{command} (scenario {})", &digest[..12]);
+    files::made_together(folder, &made, force, &[SURVEY_FILE, TRUTH_FILE], |place| {
+        Ok(write(place)?)
+    })
 }
 
 /// Tries before the work whether these files can be written into a folder.
