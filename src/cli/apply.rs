@@ -28,8 +28,6 @@ use crate::results::{Estimate, ExtraParameter, PoolResult};
 /// Runs the command.
 pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
     refuse_extension(&args.out)?;
-    talk.step(&format!("reading {}", args.calibration.display()));
-    let model = model(&args.calibration, args.solution)?;
     talk.step(&format!("reading {}", args.survey.display()));
     procedures::of_file(&args.survey)?;
     let survey = survey::load(&args.survey)?;
@@ -40,6 +38,8 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
         &args.calibration,
         args.force,
     )?;
+    talk.step(&format!("reading {}", args.calibration.display()));
+    let model = model(&args.calibration, args.solution)?;
     let scene =
         Scene::prepare(&survey.campaign, &survey.target, &survey.pose).map_err(PoolError::from)?;
     let system = System::new(args.coordinates, &scene)?;

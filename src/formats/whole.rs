@@ -7,7 +7,7 @@ use std::path::Path;
 use super::error::FormatError;
 use crate::files;
 
-/// Lets `write` fill a temporary file in the folder of `path`, and gives it that name when all went well.
+/// Lets `write` fill a temporary file in the folder of `path`, which must be there, and gives it that name when all went well.
 ///
 /// # Errors
 /// [`FormatError`] of kind `Unwritable`; the old file, if any, is untouched then.
@@ -15,5 +15,7 @@ pub fn write_whole<E: Into<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), E>,
 ) -> Result<(), FormatError> {
+    let folder = files::whole::folder_of(path);
+    std::fs::metadata(folder).map_err(|e| FormatError::unwritable(path, &e))?;
     files::write_whole(path, write).map_err(|e| FormatError::unwritable(path, &e.source))
 }

@@ -189,7 +189,7 @@ impl Model {
             sum += count;
         }
         let longest = (self.counts.len() as u32 + 6) << 3;
-        self.cycle = (5 * self.cycle >> 2).min(longest);
+        self.cycle = ((5 * self.cycle) >> 2).min(longest);
         self.left = self.cycle;
     }
 }
@@ -235,7 +235,7 @@ impl BitModel {
         }
         let scale = (1u32 << 31) / self.total;
         self.zero_probability = (self.zeros * scale) >> (31 - BIT_BITS);
-        self.cycle = (5 * self.cycle >> 2).min(64);
+        self.cycle = ((5 * self.cycle) >> 2).min(64);
         self.left = self.cycle;
     }
 }
