@@ -45,7 +45,7 @@ pub fn free_for_cloud(
 ) -> Result<(), CliError> {
     let folder = survey.parent().unwrap_or(Path::new(""));
     let named: Vec<_> = inputs.iter().map(|i| folder.join(&i.path)).collect();
-    let all = named.iter().map(|p| p.as_path());
+    let all = named.iter().map(std::path::PathBuf::as_path);
     files::none_is(out, all.chain([survey, calibration]))?;
     let folder = files::whole::folder_of(out);
     let name = out.file_name().unwrap_or_default().to_string_lossy();

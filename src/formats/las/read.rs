@@ -71,7 +71,7 @@ fn all(
             let mut points = Points::begin(source, begin, items, chunks)
                 .map_err(|fault| damaged(file, 0, fault))?;
             for k in 0..header.points {
-                take(points.next().map_err(|fault| damaged(file, k, fault))?)?;
+                take(points.point().map_err(|fault| damaged(file, k, fault))?)?;
             }
         }
     }

@@ -178,7 +178,7 @@ impl Chunk {
     }
 
     /// The next point.
-    pub fn next(&mut self) -> Result<RawPoint, Fault> {
+    pub fn point(&mut self) -> Result<RawPoint, Fault> {
         let (decoder, layer) = &mut self.coordinates;
         let before = self.channels[self.channel].as_mut().ok_or(Fault::Damaged)?;
         let context = before.context();

@@ -189,14 +189,14 @@ impl<R: Read + Seek> Points<R> {
     ///
     /// # Errors
     /// [`Fault`]; also for one behind the last.
-    pub fn next(&mut self) -> Result<RawPoint, Fault> {
+    pub fn point(&mut self) -> Result<RawPoint, Fault> {
         if self.left_in_chunk == 0 {
             return self.begin_chunk();
         }
         self.left_in_chunk -= 1;
         match &mut self.state {
             State::Pointwise(chunk) => chunk.next(&mut self.source),
-            State::Layered(chunk) => chunk.next(),
+            State::Layered(chunk) => chunk.point(),
             State::Between => Err(Fault::End),
         }
     }

@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::file::SurveyFile;
-use super::observations::{laser_problem, place_laser, place_soundings, shift, trajectory_problem};
+use super::file::{CoordinatesName, SurveyFile};
+use super::observations::{
+    laser_problem, place_laser, place_soundings, shift, to_geocentric, trajectory_problem,
+};
 use super::rules;
 use crate::formats::digest::Stamps;
 use crate::formats::{
-    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_laser_cloud, read_soundings,
-    read_trajectory, sound_speed_csv,
+    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_laser_cloud,
+    read_sound_speed, read_soundings, read_trajectory,
 };
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{Campaign, LaserCoordinates, SoundSpeed, SoundSpeedProfile, SoundingRange};
@@ -149,7 +151,6 @@ struct Contents {
 
 /// Reads the files beside each other, and checks each by itself; the faults of all of them come together.
 fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyError> {
-    let frame = file.lidar.frame();
     let ((target, trajectory), (laser, soundings)) = rayon::join(
         || {
             let target = read_text(&paths.target).and_then(|t| parse_target(&paths.target, &t));
@@ -157,16 +158,12 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
         },
         || {
             rayon::join(
-                || checked_laser(&paths.lidar, frame),
+                || checked_laser(file, &paths.lidar),
                 || read_soundings(&paths.multibeam).map_err(SurveyError::from),
             )
         },
     );
-    let profile = paths
-        .profile
-        .as_deref()
-        .map(sound_speed_csv::read)
-        .transpose();
+    let profile = paths.profile.as_deref().map(read_sound_speed).transpose();
     let mut problems = vec![];
     let target = keep(&mut problems, target);
     let trajectory = keep(&mut problems, trajectory);
@@ -199,13 +196,17 @@ fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecord
     Ok(records)
 }
 
-fn checked_laser(path: &Path, frame: LaserCoordinates) -> Result<LaserRecords, SurveyError> {
-    let records = match frame {
-        LaserCoordinates::Sensor => read_laser(path)?,
+fn checked_laser(file: &SurveyFile, path: &Path) -> Result<LaserRecords, SurveyError> {
+    let mut records = match file.lidar.coordinates {
+        CoordinatesName::Sensor => read_laser(path)?,
         // points that are georeferenced need no time
         _ => read_laser_cloud(path)?,
     };
-    none_of(laser_problem(path, &records, frame).into_iter().collect())?;
+    let problem = laser_problem(path, &records, file.lidar.coordinates);
+    none_of(problem.into_iter().collect())?;
+    if let Some(zone) = file.lidar.zone() {
+        to_geocentric(path, &mut records, file.target.ellipsoid, zone)?;
+    }
     Ok(records)
 }
 

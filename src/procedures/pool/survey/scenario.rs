@@ -96,7 +96,7 @@ fn unread(error: FormatError) -> ScenarioError {
 }
 
 /// What is wrong with a target file that a scenario names, under its own name.
-fn in_target(error: SurveyError) -> ScenarioError {
+fn in_target(error: &SurveyError) -> ScenarioError {
     let file = error.problems.first().map(|p| p.file.clone());
     in_file(&file.unwrap_or_default(), &error.problems)
 }
@@ -113,7 +113,7 @@ fn in_words(p: &Problem) -> String {
 }
 
 /// The faults with their lines.
-fn placed(document: &Document<'_>, faults: Vec<String>) -> ScenarioError {
+fn placed(document: &Document<'_>, faults: &[String]) -> ScenarioError {
     ScenarioError {
         file: document.file().to_owned(),
         faults: faults.iter().map(|fault| document.placed(fault)).collect(),
@@ -168,7 +168,7 @@ fn parse(
         None => None,
     };
     if let Some((model_text, model_file)) = &model_text {
-        super::load::parse_target(model_file, model_text).map_err(in_target)?;
+        super::load::parse_target(model_file, model_text).map_err(|e| in_target(&e))?;
         insert_model(&mut root, table_of(model_file, model_text)?);
     }
     let name = |root: &mut Spanned<DeTable<'_>>, section, default: &str| {
@@ -188,10 +188,10 @@ fn parse(
     ]));
     let found = deserialise(text, &mut root).map_err(|more| faults.extend(more));
     let Ok(scenario) = found else {
-        return Err(placed(&document, faults));
+        return Err(placed(&document, &faults));
     };
     if !faults.is_empty() {
-        return Err(placed(&document, faults));
+        return Err(placed(&document, &faults));
     }
     let recorded = if scenario.trajectory.velocity {
         "trajectory.out"
