@@ -70,7 +70,7 @@ pub enum CliError {
         file: PathBuf,
     },
     /// Not a result of this program.
-    #[error("{}: {found}, expected a result.json of boresight", file.display())]
+    #[error("{}: {found}", file.display())]
     NoResult {
         /// The file.
         file: PathBuf,

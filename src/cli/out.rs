@@ -12,7 +12,7 @@ use crate::results::InputFile;
 use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 /// Files of a calibration.
-pub const RESULT_FILES: [&str; 2] = ["result.json", "report.html"];
+pub const RESULT_FILES: [&str; 3] = ["result.json", "report.html", "parameters.csv"];
 
 /// Lets `write` make a survey from a scenario's text, all of its files together or none; only over what this program wrote, and over
 /// another survey of its own only with `force`.

@@ -1,8 +1,8 @@
-//! A folder with `result.json` and `report.html`.
+//! A folder with `result.json`, `report.html` and `parameters.csv`.
 
-use super::{html, json};
+use super::{csv, html, json};
 use crate::files::land;
-use crate::results::{PoolResult, ReportSamples, WriteError};
+use crate::results::{Calibration, Page, WriteError};
 use std::path::{Path, PathBuf};
 
 /// A report could not be written.
@@ -23,44 +23,27 @@ pub struct Written {
     pub result: PathBuf,
     /// `report.html`.
     pub report: PathBuf,
+    /// `parameters.csv`.
+    pub parameters: PathBuf,
 }
 
-impl Written {
-    fn in_folder(folder: &Path) -> Self {
-        Self {
-            result: folder.join("result.json"),
-            report: folder.join("report.html"),
-        }
-    }
-
-    /// The same files in another folder.
-    #[must_use]
-    pub fn moved_to(&self, folder: &Path) -> Self {
-        Self::in_folder(folder)
-    }
-}
-
-/// Writes `result.json` and `report.html` into `folder`, together or not at all; the folder is made when missing.
+/// Writes `result.json`, `report.html` and `parameters.csv` into `folder`, together or not at all; the folder is made when missing.
 ///
 /// # Errors
-/// [`ReportError`]; both texts are made before the first is written.
-pub fn write_all(
-    folder: &Path,
-    result: &PoolResult,
-    samples: &ReportSamples,
-) -> Result<Written, ReportError> {
-    both(
-        folder,
-        &json::to_bytes(result)?,
-        &html::render(result, samples)?,
-    )
-}
-
-/// Writes both texts together or not at all.
-pub(super) fn both(folder: &Path, bytes: &[u8], page: &str) -> Result<Written, ReportError> {
-    land(
-        folder,
-        &[("result.json", bytes), ("report.html", page.as_bytes())],
-    )?;
-    Ok(Written::in_folder(folder))
+/// [`ReportError`]; all texts are made before the first is written.
+pub fn write_all(folder: &Path, result: &Calibration, page: &Page) -> Result<Written, ReportError> {
+    let written = Written {
+        result: folder.join("result.json"),
+        report: folder.join("report.html"),
+        parameters: folder.join("parameters.csv"),
+    };
+    let (bytes, page) = (json::to_bytes(result)?, html::render(result, page)?);
+    let table = csv::parameters(result);
+    let files: [(&str, &[u8]); 3] = [
+        ("result.json", &bytes),
+        ("report.html", page.as_bytes()),
+        ("parameters.csv", table.as_bytes()),
+    ];
+    land(folder, &files)?;
+    Ok(written)
 }
