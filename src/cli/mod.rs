@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`args`] | what the user types |
-//! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `info`, `budget`, `plan` | one command each |
+//! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `info`, `budget`, `plan`, `template` | one command each |
 //! | `out` | where a command may write |
 //! | `talk` | what is printed: results on standard output, progress on standard error |
 //! | [`error`] | what ends a command before it solves (exit code 2) |
@@ -16,11 +16,11 @@ mod check;
 mod demo;
 pub mod error;
 mod info;
-mod named_budget;
 mod out;
 mod plan;
 mod simulate;
 mod talk;
+mod template;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -86,6 +86,7 @@ fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
         Command::Info(args) => info::run(&args, talk),
         Command::Budget(args) => budget::run(&args, talk),
         Command::Plan(args) => plan::run(&args, talk),
+        Command::Template(args) => template::run(&args, talk),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "boresight", &mut script);

@@ -1,12 +1,11 @@
 //! Scenario files: a survey file's keys plus what only the simulator needs; read with every fault named at once.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
-use super::keys;
 use crate::formats::FormatError;
 use crate::formats::error::read_text;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
@@ -16,11 +15,14 @@ use crate::survey::document::Document;
 use crate::survey::problem::ScenarioError;
 use crate::survey::problem::{Problem, SurveyError};
 use crate::survey::procedure::OF_SCENARIO;
-use crate::survey::schema;
+use crate::survey::schema::{self, Kind};
+use crate::survey::section::section;
 
 /// A scenario, and what it says of the survey files and the calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenarioFile {
+    /// The file, for messages.
+    pub file: PathBuf,
     /// What is simulated.
     pub scenario: Scenario,
     /// Name of the trajectory file to write: `.csv`, `.out` or `.sbet`.
@@ -64,14 +66,16 @@ pub fn from_text(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError>
     parse(file, text, |model| Err(unread(absent(model))))
 }
 
-/// The sections `[sequential]` and `[joint]` with every default.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Calibration {
-    /// The reference path.
-    pub sequential: SequentialConfig,
-    /// The joint path.
-    pub joint: JointConfig,
+section! {
+    #[settings]
+    /// The sections `[sequential]` and `[joint]` with every default.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct Calibration {
+        /// The reference path.
+        sequential: SequentialConfig = or (SequentialConfig::default()), Kind::Table(SequentialConfig::KEYS);
+        /// The joint path.
+        joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+    }
 }
 
 impl ScenarioFile {
@@ -123,7 +127,7 @@ fn placed(document: &Document<'_>, faults: &[String]) -> ScenarioError {
 /// Faults of `[sequential]` and `[joint]`, judged as in a survey file.
 fn calibration_faults(document: &Document<'_>) -> Vec<String> {
     let own = |p: &&Problem| p.place.contains("[sequential]") || p.place.contains("[joint]");
-    let problems = schema::check(document, keys::CALIBRATION);
+    let problems = schema::check(document, Calibration::KEYS);
     problems.iter().filter(own).map(in_words).collect()
 }
 
@@ -199,6 +203,7 @@ fn parse(
         "trajectory.csv"
     };
     Ok(ScenarioFile {
+        file: file.to_owned(),
         trajectory: trajectory.unwrap_or_else(|| recorded.to_owned()),
         lidar,
         multibeam,
