@@ -25,6 +25,7 @@ pub mod adjust;
 pub mod budget;
 pub mod calibrate;
 pub mod cli;
+pub mod files;
 pub mod formats;
 pub mod geometry;
 pub mod georef;

@@ -10,6 +10,7 @@ const FLOORS: [(&str, u8); 21] = [
     ("ruled", 0),
     ("units", 0),
     ("stats", 0),
+    ("files", 0),
     ("geometry", 1),
     ("adjust", 2),
     ("observe", 3),
@@ -54,10 +55,13 @@ const NARROWER: [(&str, &[&str]); 4] = [
             "units", "stats", "geometry", "observe", "formats", "target", "simulate",
         ],
     ),
-    ("results", &["units", "stats", "geometry", "adjust"]),
+    (
+        "results",
+        &["units", "stats", "files", "geometry", "adjust"],
+    ),
     (
         "report",
-        &["units", "stats", "geometry", "adjust", "results"],
+        &["units", "stats", "files", "geometry", "adjust", "results"],
     ),
 ];
 

@@ -8,10 +8,11 @@ use nalgebra::{Matrix3, Vector3};
 use super::Ending;
 use super::args::{Apply, CoordinatesName, SolutionName};
 use super::error::CliError;
+use super::out::free_for_cloud;
 use super::talk::Talk;
 use crate::formats::FormatError;
-use crate::formats::error::{FaultKind, Place, open};
-use crate::formats::las::stream::{self, CloudPoint, Layout};
+use crate::formats::error::{FaultKind, Place, read_text};
+use crate::formats::las::stream::{self, CloudPoint, Layout, is_standard_time};
 use crate::formats::las::wkt;
 use crate::geometry::Ellipsoid;
 use crate::geometry::utm::Utm;
@@ -27,11 +28,18 @@ use crate::results::{Calibration, Solution};
 /// Runs the command.
 pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
     refuse_extension(&args.out)?;
-    talk.step(&format!("reading {}", args.calibration.display()));
-    let model = model(&args.calibration, args.solution)?;
     talk.step(&format!("reading {}", args.survey.display()));
     procedures::of_file(&args.survey)?;
     let survey = survey::load(&args.survey)?;
+    free_for_cloud(
+        &args.out,
+        &args.survey,
+        &survey.inputs,
+        &args.calibration,
+        args.force,
+    )?;
+    talk.step(&format!("reading {}", args.calibration.display()));
+    let model = model(&args.calibration, args.solution)?;
     let scene =
         Scene::prepare(&survey.campaign, &survey.target, &survey.pose).map_err(PoolError::from)?;
     let system = System::new(args.coordinates, &scene)?;
@@ -68,9 +76,8 @@ fn refuse_extension(path: &Path) -> Result<(), CliError> {
 
 /// The sensor model of one solution of a result file.
 fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
-    open(path)?;
-    let bytes = std::fs::read(path).map_err(|e| FormatError::unreadable(path, &e))?;
-    if bytes.is_empty() {
+    let text = read_text(path)?;
+    if text.is_empty() {
         return Err(FormatError::new(
             FaultKind::Empty,
             path,
@@ -80,7 +87,7 @@ fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
         )
         .into());
     }
-    let result = json::from_slice(&bytes).map_err(|e| CliError::NoResult {
+    let result = json::from_slice(text.as_bytes()).map_err(|e| CliError::NoResult {
         file: path.to_owned(),
         found: e.to_string(),
     })?;
@@ -160,6 +167,7 @@ impl System {
     /// The target's origin is the middle.
     fn layout(&self, scene: &Scene) -> Layout {
         let origin = &scene.pose.origin;
+        let standard_time = is_standard_time(&scene.campaign.soundings.time_s);
         let geocentric = self.ellipsoid.to_geocentric(origin).coordinates;
         let plane = self
             .utm
@@ -169,10 +177,12 @@ impl System {
             Some((utm, (easting, northing))) => Layout {
                 middle_m: [easting, northing, origin.height_m],
                 wkt: wkt::utm(self.ellipsoid, utm.zone()),
+                standard_time,
             },
             None => Layout {
                 middle_m: geocentric.into(),
                 wkt: wkt::geocentric(self.ellipsoid),
+                standard_time,
             },
         }
     }

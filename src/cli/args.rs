@@ -322,6 +322,9 @@ pub struct Simulate {
     /// Seed [default: the scenario's]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// Replace what this program wrote before (never a file that it did not write)
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// `apply`.
@@ -342,6 +345,9 @@ pub struct Apply {
     /// Coordinates to write
     #[arg(long, value_enum, default_value_t = CoordinatesName::Utm)]
     pub coordinates: CoordinatesName,
+    /// Replace what this program wrote before (never a file that it did not write)
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// A solution of a result.

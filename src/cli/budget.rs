@@ -7,12 +7,14 @@ use super::Ending;
 use super::args::Budget;
 use super::calibrate::folder_of;
 use super::error::CliError;
+use super::out::tried as writable;
 use super::talk::Talk;
 use crate::budget::experiment::{Ended, Experiment};
 use crate::budget::{DEPTHS_M, budget};
 use crate::calibrate::seam::Settings;
 use crate::calibrate::tried::{Tried, name_of};
 use crate::calibrate::vary::points;
+use crate::formats::error::read_text;
 use crate::procedures;
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetResult, JOINT};
@@ -34,7 +36,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
     let procedure = procedures::of_file(&args.scenario)?;
-    if !std::fs::read_to_string(&args.scenario).is_ok_and(|text| is_survey(&text)) {
+    if !read_text(&args.scenario).is_ok_and(|text| is_survey(&text)) {
         return of(&*procedures::scenario(&args.scenario)?.tried()?, args, talk);
     }
     let file = args.scenario.clone();
@@ -57,6 +59,7 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
 fn of(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     let experiment = experiment(tried, args)?;
     let folder = folder(args, tried.scenario());
+    writable(&folder, &["result.json", "budget.csv", "report.html"])?;
     let trials_folder = folder.join(TRIALS);
     if let Some(experiment) = &experiment
         && let Ended::Interrupted { done, of } = trials(experiment, &trials_folder, args, talk)?

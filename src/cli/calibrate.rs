@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::Ending;
 use super::args::Calibrate;
 use super::error::CliError;
+use super::out::{RESULT_FILES, tried};
 use super::talk::Talk;
 use crate::calibrate::seam::{Finished, Settings};
 use crate::procedures;
@@ -22,6 +23,7 @@ pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
     settings.fit(procedure)?;
     let survey = procedure.read(&args.survey)?;
     let folder = args.out.clone().unwrap_or_else(|| folder_of(survey.name()));
+    tried(&folder, &RESULT_FILES)?;
     let finished = survey.calibrate(&settings, None, &|what| talk.step(what))?;
     finish(&folder, &finished, None, talk)?;
     Ok(ending(&finished))

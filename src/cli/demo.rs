@@ -6,9 +6,11 @@ use super::Ending;
 use super::args::Demo;
 use super::calibrate::{ending, finish};
 use super::error::CliError;
+use super::out::survey_into;
 use super::talk::Talk;
 use crate::calibrate::choices::Method;
 use crate::calibrate::seam::{Procedure, Settings, make_folder};
+use crate::formats::error::read_text;
 use crate::procedures;
 use crate::survey::SURVEY_FILE;
 
@@ -23,7 +25,11 @@ pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let name = PathBuf::from(format!("{}.toml", procedure.name()));
     let scenario = procedure.scenario(&name, &procedure.demo())?;
     let survey = folder.join("survey");
-    let simulated = scenario.write(args.seed, &survey, &step)?;
+    let made = format!("boresight demo {}, seed {}", procedure.name(), args.seed);
+    // the folder is the demo's own: another seed replaces what it wrote there
+    let simulated = survey_into(&survey, (&made, &procedure.demo()), true, |folder| {
+        scenario.write(args.seed, folder, &step)
+    })?;
     talk.step("reading the survey");
     let survey = survey.join(SURVEY_FILE);
     let settings = Settings {
@@ -51,7 +57,7 @@ fn chosen(args: &Demo) -> (&'static dyn Procedure, PathBuf) {
 /// Takes a folder for a procedure's demo; one that holds anything else is left alone.
 fn claim(folder: &Path, procedure: &dyn Procedure) -> Result<(), CliError> {
     let marker = folder.join(MARKER);
-    let own = std::fs::read_to_string(&marker).is_ok_and(|name| name.trim() == procedure.name());
+    let own = read_text(&marker).is_ok_and(|name| name.trim() == procedure.name());
     let empty = std::fs::read_dir(folder).map_or(!folder.exists(), |mut all| all.next().is_none());
     if !own && !empty {
         return Err(CliError::Occupied {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::budget::ledger::LedgerError;
 use crate::calibrate::seam::InputError;
 use crate::calibrate::vary::VaryError;
+use crate::files::{FolderError, Overwrites};
 use crate::formats::FormatError;
 use crate::geometry::utm::UtmError;
 use crate::procedures::pool::PoolError;
@@ -55,6 +56,18 @@ pub enum CliError {
         folder: PathBuf,
         /// The procedure.
         procedure: &'static str,
+    },
+    /// A folder that may not be written into, or a file that may not be replaced.
+    #[error(transparent)]
+    Place(#[from] FolderError),
+    /// A file to write that is an input.
+    #[error(transparent)]
+    Overwrites(#[from] Overwrites),
+    /// A point cloud of another command.
+    #[error("{}: whole file: found a point cloud that another boresight command wrote, expected another name (--force replaces it)", file.display())]
+    Cloud {
+        /// The file.
+        file: PathBuf,
     },
     /// Not a result of this program.
     #[error("{}: {found}", file.display())]

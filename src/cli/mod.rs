@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`args`] | what the user types |
 //! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `info`, `budget`, `plan`, `template` | one command each |
+//! | `out` | where a command may write |
 //! | `talk` | what is printed: results on standard output, progress on standard error |
 //! | [`error`] | what ends a command before it solves (exit code 2) |
 
@@ -15,6 +16,7 @@ mod check;
 mod demo;
 pub mod error;
 mod info;
+mod out;
 mod plan;
 mod simulate;
 mod talk;

@@ -7,6 +7,7 @@ use super::Ending;
 use super::args::{CriterionName, Plan};
 use super::calibrate::folder_of;
 use super::error::CliError;
+use super::out::tried;
 use super::talk::Talk;
 use crate::calibrate::tried::name_of;
 use crate::calibrate::vary::{Point, Vary, VaryError, at, points};
@@ -72,6 +73,9 @@ pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
     } else {
         0
     };
+    let folder = args.out.clone();
+    let folder = folder.unwrap_or_else(|| folder_of(&format!("{}-plan", file.scenario.name)));
+    tried(&folder, &["plan.json", "plan.csv", "plan.html"])?;
     let total = sailed + candidates(&file.scenario, &request).len() + points.len();
     talk.step(&format!("{total} surveys without data"));
     let bar = talk.bar("planning", total as u64);
@@ -80,8 +84,6 @@ pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
     let mut result = planned(&file.scenario, &request, &points, &config, &progress)?;
     bar.finish_and_clear();
     result.command = command(args);
-    let folder = args.out.clone();
-    let folder = folder.unwrap_or_else(|| folder_of(&format!("{}-plan", file.scenario.name)));
     talk.step(&format!("writing {}", folder.display()));
     let files = report::write_plan(&folder, &result)?;
     let text = format!(

@@ -5,8 +5,10 @@ use serde_json::{Map, Value, json};
 use super::Ending;
 use super::args::Simulate;
 use super::error::CliError;
+use super::out::survey_into;
 use super::talk::Talk;
 use crate::calibrate::seam::Count;
+use crate::formats::error::read_text;
 use crate::procedures;
 use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
@@ -15,7 +17,11 @@ pub fn run(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
     let scenario = procedures::scenario(&args.scenario)?;
     let seed = args.seed.unwrap_or(scenario.seed());
-    let written = scenario.write(seed, &args.out, &|what| talk.step(what))?;
+    let made = format!("boresight simulate, {}, seed {seed}", scenario.name());
+    let text = read_text(&args.scenario)?;
+    let written = survey_into(&args.out, (&made, &text), args.force, |folder| {
+        scenario.write(seed, folder, &|what| talk.step(what))
+    })?;
     let (survey, truth) = (args.out.join(SURVEY_FILE), args.out.join(TRUTH_FILE));
     let name = scenario.name();
     let text = format!(

@@ -167,18 +167,74 @@ impl FormatError {
     }
 }
 
-/// Opens a file for reading and gives its size in bytes; a folder is refused.
+/// Opens a file for reading and gives its size in bytes; folders, pipes and devices are refused before they are opened, because
+/// opening or reading one may never end.
 ///
 /// # Errors
 /// [`FormatError`] of kind `Unreadable`.
 pub fn open(path: &Path) -> Result<(std::fs::File, u64), FormatError> {
     let unreadable = |error: std::io::Error| FormatError::unreadable(path, &error);
+    ordinary(path, &std::fs::metadata(path).map_err(unreadable)?)?;
     let file = std::fs::File::open(path).map_err(unreadable)?;
     let metadata = file.metadata().map_err(unreadable)?;
-    if metadata.is_dir() {
-        return Err(unreadable(std::io::ErrorKind::IsADirectory.into()));
-    }
+    ordinary(path, &metadata)?;
     Ok((file, metadata.len()))
+}
+
+fn ordinary(path: &Path, metadata: &std::fs::Metadata) -> Result<(), FormatError> {
+    if metadata.is_dir() {
+        return Err(FormatError::unreadable(
+            path,
+            &std::io::ErrorKind::IsADirectory.into(),
+        ));
+    }
+    if metadata.is_file() {
+        return Ok(());
+    }
+    Err(FormatError::new(
+        FaultKind::Unreadable,
+        path,
+        Place::File,
+        "a pipe, a device or another special file",
+        "an ordinary file",
+    ))
+}
+
+/// A TOML or JSON file is never larger than this, bytes.
+const LONGEST_TEXT: u64 = 64 << 20;
+
+/// Reads a text file whole.
+///
+/// # Errors
+/// [`FormatError`]: unreadable, larger than 64 MiB, not UTF-8 (with the byte).
+pub fn read_text(path: &Path) -> Result<String, FormatError> {
+    use std::io::Read;
+    let (file, size) = open(path)?;
+    let mut bytes = Vec::new();
+    file.take(LONGEST_TEXT + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|e| FormatError::unreadable(path, &e))?;
+    if bytes.len() as u64 > LONGEST_TEXT {
+        let found = format!("a file of {size} bytes");
+        let expected = format!("a text of at most {LONGEST_TEXT} bytes");
+        return Err(FormatError::new(
+            FaultKind::BadValue,
+            path,
+            Place::File,
+            found,
+            expected,
+        ));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let place = Place::Byte(error.utf8_error().valid_up_to() as u64);
+        FormatError::new(
+            FaultKind::BadValue,
+            path,
+            place,
+            "bytes that are no UTF-8",
+            "a text in UTF-8",
+        )
+    })
 }
 
 /// A piece of a file fit for a message: printable, at most 40 characters, in quotes.

@@ -51,6 +51,7 @@ pub fn read_from(file: &Path, source: impl Read, size: u64) -> Result<LaserRecor
     if records.is_empty() {
         return Err(table.no_rows());
     }
+    records.tidy();
     Ok(records)
 }
 

@@ -31,6 +31,7 @@ pub mod smrmsg;
 pub mod sound_speed_csv;
 pub mod soundings_csv;
 pub mod table;
+pub mod tidy;
 pub mod trajectory_csv;
 pub mod usbl_control_csv;
 pub mod usbl_fixes_csv;
@@ -44,4 +45,17 @@ pub use registry::{
     read_rail_profiles, read_sound_speed, read_soundings, read_table, read_trajectory,
 };
 
+use std::path::Path;
+
 use registry::extension;
+
+/// As [`read_laser`], for georeferenced points: a LAS or LAZ without GPS time will do.
+///
+/// # Errors
+/// As [`read_laser`].
+pub fn read_laser_cloud(path: &Path) -> Result<LaserRecords, FormatError> {
+    match extension(path).as_str() {
+        "las" | "laz" => las::read_untimed(path),
+        _ => read_laser(path),
+    }
+}

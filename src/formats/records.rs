@@ -77,6 +77,8 @@ pub struct LaserRecords {
     pub y_m: Vec<f64>,
     /// Third coordinate, metres.
     pub z_m: Vec<f64>,
+    /// What was done to the returns on reading, in words.
+    pub notes: Vec<String>,
 }
 
 impl LaserRecords {

@@ -9,9 +9,10 @@ use serde::Serialize;
 use super::format::{finer, four_digits as digits};
 use super::text::ruled_table;
 use super::{ReportError, html, json};
+use crate::files::land;
 use crate::results::{
     BudgetParameter, BudgetResult, Figures, Interval, JOINT, Origin, PathBudget, PathStatistics,
-    SourceShare, Sweep, write_whole,
+    SourceShare, Sweep,
 };
 
 /// Sources that the terminal shows of each path.
@@ -30,7 +31,7 @@ pub struct WrittenBudget {
     pub page: PathBuf,
 }
 
-/// Writes `result.json`, `budget.csv`, `report.html` and `sweep.csv` into `folder`, each whole or not at all.
+/// Writes `result.json`, `budget.csv`, `report.html` and `sweep.csv` into `folder`, together or not at all.
 ///
 /// # Errors
 /// [`ReportError`]; all texts are made before the first is written.
@@ -44,12 +45,15 @@ pub fn write_budget(folder: &Path, result: &BudgetResult) -> Result<WrittenBudge
         sweep: sweep.map(|_| folder.join("sweep.csv")),
         page: folder.join("report.html"),
     };
-    write_whole(&written.json, &bytes)?;
-    write_whole(&written.table, table(result).as_bytes())?;
-    write_whole(&written.page, page.as_bytes())?;
-    if let (Some(file), Some(sweep)) = (&written.sweep, sweep) {
-        write_whole(file, sweep_table(&result.parameters, sweep).as_bytes())?;
-    }
+    let table = table(result);
+    let sweep = sweep.map(|sweep| sweep_table(&result.parameters, sweep));
+    let mut files: Vec<(&str, &[u8])> = vec![
+        ("result.json", &bytes),
+        ("budget.csv", table.as_bytes()),
+        ("report.html", page.as_bytes()),
+    ];
+    files.extend(sweep.as_ref().map(|text| ("sweep.csv", text.as_bytes())));
+    land(folder, &files)?;
     Ok(written)
 }
 

@@ -1,7 +1,8 @@
 //! A folder with `result.json`, `report.html` and `parameters.csv`.
 
 use super::{csv, html, json};
-use crate::results::{Calibration, Page, WriteError, write_whole};
+use crate::files::land;
+use crate::results::{Calibration, Page, WriteError};
 use std::path::{Path, PathBuf};
 
 /// A report could not be written.
@@ -26,7 +27,7 @@ pub struct Written {
     pub parameters: PathBuf,
 }
 
-/// Writes `result.json`, `report.html` and `parameters.csv` into `folder`, each whole or not at all; the folder is made when missing.
+/// Writes `result.json`, `report.html` and `parameters.csv` into `folder`, together or not at all; the folder is made when missing.
 ///
 /// # Errors
 /// [`ReportError`]; all texts are made before the first is written.
@@ -37,8 +38,12 @@ pub fn write_all(folder: &Path, result: &Calibration, page: &Page) -> Result<Wri
         parameters: folder.join("parameters.csv"),
     };
     let (bytes, page) = (json::to_bytes(result)?, html::render(result, page)?);
-    write_whole(&written.result, &bytes)?;
-    write_whole(&written.report, page.as_bytes())?;
-    write_whole(&written.parameters, csv::parameters(result).as_bytes())?;
+    let table = csv::parameters(result);
+    let files: [(&str, &[u8]); 3] = [
+        ("result.json", &bytes),
+        ("report.html", page.as_bytes()),
+        ("parameters.csv", table.as_bytes()),
+    ];
+    land(folder, &files)?;
     Ok(written)
 }

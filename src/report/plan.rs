@@ -8,7 +8,8 @@ use comfy_table::CellAlignment;
 use super::format::{finer, three_digits as digits};
 use super::text::ruled_table;
 use super::{ReportError, html, json};
-use crate::results::{BudgetParameter, Figures, PlanResult, SweepValue, write_whole};
+use crate::files::land;
+use crate::results::{BudgetParameter, Figures, PlanResult, SweepValue};
 
 /// Steps that the terminal shows.
 const SHOWN: usize = 12;
@@ -24,7 +25,7 @@ pub struct WrittenPlan {
     pub page: PathBuf,
 }
 
-/// Writes `plan.json`, `plan.csv` and `plan.html` into `folder`, each whole or not at all.
+/// Writes `plan.json`, `plan.csv` and `plan.html` into `folder`, together or not at all.
 ///
 /// # Errors
 /// [`ReportError`]; all texts are made before the first is written.
@@ -36,9 +37,13 @@ pub fn write_plan(folder: &Path, result: &PlanResult) -> Result<WrittenPlan, Rep
         table: folder.join("plan.csv"),
         page: folder.join("plan.html"),
     };
-    write_whole(&written.json, &bytes)?;
-    write_whole(&written.table, table(result).as_bytes())?;
-    write_whole(&written.page, page.as_bytes())?;
+    let table = table(result);
+    let files: [(&str, &[u8]); 3] = [
+        ("plan.json", &bytes),
+        ("plan.csv", table.as_bytes()),
+        ("plan.html", page.as_bytes()),
+    ];
+    land(folder, &files)?;
     Ok(written)
 }
 

@@ -16,8 +16,8 @@ mod quality;
 mod solution;
 mod swath;
 mod verdict;
-mod write;
 
+pub use crate::files::{WriteError, write_bytes as write_whole};
 pub use budget::{
     Agreement, BUDGET_FORMAT_VERSION, BudgetParameter, BudgetResult, Figures, Interval, JOINT,
     Nees, Origin, PathBudget, PathStatistics, RefusalCount, Reported, SourceDescription,
@@ -44,7 +44,6 @@ pub use swath::{
     Uncertainty95,
 };
 pub use verdict::{Finding, Severity, Verdict, VerdictState};
-pub use write::{WriteError, write_whole};
 
 /// A 3 by 3 matrix by rows.
 pub type Matrix3 = [[f64; 3]; 3];

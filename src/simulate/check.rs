@@ -3,6 +3,7 @@
 use super::motion::Oscillation;
 use super::scenario::{Disturbance, Ins, Lidar, Multibeam, Pass, Recorded, Scenario, Water};
 use super::sources::Source;
+use crate::target::Target;
 
 impl Scenario {
     /// Everything that is impossible in this scenario; empty when it can be simulated.
@@ -24,6 +25,10 @@ impl Scenario {
 
     fn check_target(&self, faults: &mut Faults) {
         let t = &self.target;
+        if let Err(error) = Target::from_model(&t.model) {
+            let of_model = |fault| format!("target.model.{fault}");
+            faults.0.extend(error.faults.into_iter().map(of_model));
+        }
         faults.range(
             "target.origin.latitude_deg",
             t.origin.latitude_deg,
@@ -167,6 +172,38 @@ impl Scenario {
         for (k, pass) in self.pass.iter().enumerate() {
             pass.check(k, self.shortest_gap_s(), faults);
         }
+        self.check_counts(faults);
+    }
+
+    /// How much would be simulated; each count with the key that mends it best.
+    fn check_counts(&self, faults: &mut Faults) {
+        let seconds = |p: &Pass| (p.to_m - p.from_m).abs() / p.speed_m_s;
+        let total_s: f64 = self.pass.iter().map(seconds).sum();
+        let (l, m) = (&self.lidar, &self.multibeam);
+        let returns = total_s * l.line_rate_hz * f64::from(l.points_per_line);
+        let soundings = total_s * m.ping_rate_hz * f64::from(m.beams);
+        faults.most("pass", "passes", self.pass.len() as f64, 1000.0);
+        faults.most(
+            "trajectory.rate_hz",
+            "trajectory records",
+            total_s * self.trajectory.rate_hz,
+            5e6,
+        );
+        faults.most("lidar.line_rate_hz", "laser returns", returns, 2e7);
+        faults.most("multibeam.ping_rate_hz", "soundings", soundings, 2e7);
+        let m = &self.motion;
+        let waves = [&m.sway, &m.surge, &m.height, &m.roll, &m.pitch, &m.heading];
+        let waves: usize = waves.iter().map(|o| o.wave.len()).sum();
+        faults.most("motion", "waves", waves as f64, 1000.0);
+        let bodies = self.disturbance.body.len() + self.basin.wall.len();
+        faults.most(
+            "disturbance.body",
+            "bodies and walls",
+            bodies as f64,
+            1000.0,
+        );
+        let knots = self.sound_speed.as_ref().map_or(0, |w| w.profile.len());
+        faults.most("sound_speed.profile", "depths", knots as f64, 10_000.0);
     }
 
     /// Gaps between passes must be longer than what is interpolated, plus what is recorded before and after.
@@ -442,6 +479,15 @@ impl Faults {
         if !(found >= low && found <= high) {
             self.0
                 .push(format!("{key} = {found}, expected {low} to {high}"));
+        }
+    }
+
+    /// A count that the scenario's keys make, and the most of it that is simulated.
+    fn most(&mut self, key: &str, what: &str, found: f64, most: f64) {
+        if found > most {
+            self.0.push(format!(
+                "{key}: found {found:.0} {what}, expected at most {most:.0}"
+            ));
         }
     }
 

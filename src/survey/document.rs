@@ -83,6 +83,38 @@ impl<'t> Document<'t> {
         self.get(path)?.get_ref().as_str()
     }
 
+    /// The line of a key in words, such as `pass[1].speed_m_s` or `[joint] gate_sigma`, or of as much of it as is there; nothing where
+    /// not even its section is.
+    #[must_use]
+    pub fn line_of_key(&self, words: &str) -> Option<usize> {
+        let parts = words
+            .split(|c| ".[] ".contains(c))
+            .filter(|p| !p.is_empty());
+        let (mut line, mut table, mut array) = (None, Some(&self.root), None);
+        for part in parts {
+            let value = match (table, array, part.parse::<usize>()) {
+                (Some(table), _, _) => table.get(part),
+                (None, Some(values), Ok(k)) => <[_]>::get(values, k),
+                _ => None,
+            };
+            let Some(value) = value else { break };
+            line = Some(self.line_of(value));
+            table = value.get_ref().as_table();
+            array = value.get_ref().as_array().map(|a| &a[..]);
+        }
+        line
+    }
+
+    /// A fault that begins with its key, with the line of that key before it.
+    #[must_use]
+    pub fn placed(&self, fault: &str) -> String {
+        let key = fault.split([':', '=', '(']).next().unwrap_or_default();
+        match self.line_of_key(key) {
+            Some(line) if !fault.starts_with("line ") => format!("line {line}: {fault}"),
+            _ => fault.to_owned(),
+        }
+    }
+
     /// The line at which a key at this path stands, or else its section.
     #[must_use]
     pub fn line_at(&self, path: &[&str]) -> usize {

@@ -5,7 +5,6 @@ use std::path::Path;
 use super::document::Document;
 use super::problem::{Problem, SurveyError};
 use crate::formats::digest::sha256;
-use crate::formats::error::{FormatError, open};
 use crate::results::InputFile;
 
 /// The checked text as its type; what the tables of keys let through and serde does not is a problem without a key.
@@ -26,15 +25,11 @@ pub(crate) fn typed<T: serde::de::DeserializeOwned>(
 }
 
 pub(crate) fn read_text(path: &Path) -> Result<String, SurveyError> {
-    open(path)?;
-    let bytes = std::fs::read(path).map_err(|e| FormatError::unreadable(path, &e))?;
-    if bytes.iter().all(u8::is_ascii_whitespace) {
+    let text = crate::formats::error::read_text(path)?;
+    if text.trim().is_empty() {
         return Err(Problem::new(path, "whole file", "an empty file", "TOML").into());
     }
-    String::from_utf8(bytes).map_err(|error| {
-        let place = format!("byte {}", error.utf8_error().valid_up_to());
-        Problem::new(path, place, "bytes that are no UTF-8", "TOML").into()
-    })
+    Ok(text)
 }
 
 /// The value, or its problems on the list.

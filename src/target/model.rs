@@ -77,6 +77,11 @@ const PARALLEL_RAD: f64 = 1e-6;
 
 pub(super) fn build_faces(models: &[FaceModel]) -> Result<Target, TargetError> {
     let mut faults = face_faults(models);
+    if let Some(fault) = too_many(models) {
+        return Err(TargetError {
+            faults: vec![fault],
+        });
+    }
     let mut target = Target {
         faces: vec![],
         groups: vec![],
@@ -104,6 +109,21 @@ pub(super) fn build_faces(models: &[FaceModel]) -> Result<Target, TargetError> {
     } else {
         Err(TargetError { faults })
     }
+}
+
+/// Faces of a target, and corners of all of them; more cost memory and time that no pool is worth.
+const MOST: (usize, usize) = (1000, 20_000);
+
+fn too_many(models: &[FaceModel]) -> Option<String> {
+    let corners: usize = models.iter().map(|m| m.vertices_m.len()).sum();
+    (models.len() > MOST.0 || corners > MOST.1).then(|| {
+        format!(
+            "face: found {} with {corners} vertices, expected at most {} faces and {} vertices",
+            models.len(),
+            MOST.0,
+            MOST.1
+        )
+    })
 }
 
 fn face_faults(models: &[FaceModel]) -> Vec<String> {

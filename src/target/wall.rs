@@ -63,7 +63,24 @@ fn faults(m: &WallModel) -> Vec<String> {
             ));
         }
     }
+    if faults.is_empty() {
+        faults.extend(too_many_blocks(m));
+    }
     faults
+}
+
+/// Blocks of a column; more are a slip of the pen that costs memory and time.
+const MOST_BLOCKS: f64 = 100.0;
+
+fn too_many_blocks(m: &WallModel) -> Option<String> {
+    let lowest_m = m.first_block_minus_y_m.min(m.first_block_plus_y_m);
+    let blocks = (0.5 * m.wall_height_m - lowest_m) / (2.0 * m.block_height_m);
+    (blocks > MOST_BLOCKS).then(|| {
+        format!(
+            "block_height_m = {}, which makes {blocks:.0} blocks in a column, expected at most {MOST_BLOCKS} blocks",
+            m.block_height_m
+        )
+    })
 }
 
 struct Builder<'a> {

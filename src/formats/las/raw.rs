@@ -3,7 +3,8 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::layers::Compression;
+use super::compression::Compression;
+use super::laz::{Chunks, Item};
 use crate::formats::error::{FaultKind, FormatError, Place};
 
 /// Bytes of the header up to LAS 1.2, the shortest there is.
@@ -36,9 +37,14 @@ pub struct Header {
     pub points: u64,
     /// Scale of x, y, z.
     pub scale: [f64; 3],
+    /// Offset of x, y, z.
+    pub offset: [f64; 3],
     /// Where the first extended record begins, and how many there are.
     pub extended_records: (u64, u32),
 }
+
+/// Bytes of a point of each format, without extra bytes.
+const LENGTHS: [u16; 11] = [20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67];
 
 /// A cursor over the header's bytes.
 struct Fields<'a>(&'a [u8]);
@@ -80,12 +86,13 @@ impl Header {
             format: format & 0x3f,
             compressed: format & 0xc0 != 0,
             point_bytes: fields.u16(105),
-            points: if long && legacy == 0 {
-                fields.u64(247)
-            } else {
-                legacy
+            points: match fields.u64(247) {
+                // since LAS 1.4 the long field counts; some writers leave a stale short one, others fill only that
+                count if long && count > 0 => count,
+                _ => legacy,
             },
             scale: [fields.f64(131), fields.f64(139), fields.f64(147)],
+            offset: [fields.f64(155), fields.f64(163), fields.f64(171)],
             extended_records: if long {
                 (fields.u64(235), fields.u32(243))
             } else {
@@ -97,44 +104,67 @@ impl Header {
     /// Whether the points of this format carry a GPS time.
     #[must_use]
     pub fn has_gps_time(&self) -> bool {
-        !matches!(self.format, 0 | 2)
+        self.time_at().is_some()
+    }
+
+    /// Where the GPS time stands in a point that is not compressed.
+    #[must_use]
+    pub fn time_at(&self) -> Option<usize> {
+        match self.format {
+            0 | 2 => None,
+            1 | 3..=5 => Some(20),
+            _ => Some(22),
+        }
     }
 }
 
 /// A file being checked.
-pub(super) struct Check<'a, R> {
+struct Check<'a, R> {
     file: &'a Path,
     source: R,
     size: u64,
 }
 
-/// Reads the header and follows every offset in it; leaves `source` at the begin.
+/// How the points lie in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Points {
+    /// One after the other.
+    Plain,
+    /// Compressed.
+    Compressed(Vec<Item>, Chunks),
+}
+
+/// Points that a byte of a compressed file can hold, far beyond what any real one does; bounds what a header can claim.
+const MOST_POINTS_PER_BYTE: u64 = 64;
+
+/// Reads the header and follows every offset in it.
 ///
 /// # Errors
-/// [`FormatError`]: empty, no LAS, no GPS time, no points, truncated, a header that contradicts itself.
+/// [`FormatError`]: empty, no LAS, no points, truncated, a header that contradicts itself.
 pub fn check(
     file: &Path,
     source: &mut (impl Read + Seek),
     size: u64,
-) -> Result<Header, FormatError> {
+) -> Result<(Header, Points), FormatError> {
     let mut check = Check { file, source, size };
     let header = check.header()?;
     check.plausible(&header)?;
     let compression = check.variable_records(&header)?;
     check.extended_record(&header)?;
-    if header.compressed {
-        if let Some(table) = check.chunk_table(&header, compression.chunked())? {
-            check.layers(&header, &compression, table)?;
-        }
-    } else {
+    if !header.compressed {
         check.points(&header)?;
+        return Ok((header, Points::Plain));
     }
-    check.seek(0)?;
-    Ok(header)
+    let items = compression.checked(&header).map_err(|(found, expected)| {
+        check.fault(FaultKind::BadValue, Place::Header, found, expected)
+    })?;
+    check.count(&header)?;
+    let table = check.chunk_table(&header, compression.chunked())?;
+    Ok((header, Points::Compressed(items, compression.chunks(table))))
 }
 
 impl<R: Read + Seek> Check<'_, R> {
-    pub(super) fn fault(
+    fn fault(
         &self,
         kind: FaultKind,
         place: Place,
@@ -163,12 +193,7 @@ impl<R: Read + Seek> Check<'_, R> {
     }
 
     /// `length` bytes at an offset.
-    pub(super) fn piece(
-        &mut self,
-        byte: u64,
-        length: u64,
-        what: &str,
-    ) -> Result<Vec<u8>, FormatError> {
+    fn piece(&mut self, byte: u64, length: u64, what: &str) -> Result<Vec<u8>, FormatError> {
         self.inside(byte, length, what)?;
         self.seek(byte)?;
         let mut bytes = vec![0; length as usize];
@@ -227,12 +252,8 @@ impl<R: Read + Seek> Check<'_, R> {
         let bad = |found: String, expected: &str| {
             Err(self.fault(FaultKind::BadValue, Place::Header, found, expected))
         };
-        if !header.has_gps_time() {
-            let found = format!("point format {}, which has no GPS time", header.format);
-            return bad(found, "a point format with GPS time (1, 3 to 10)");
-        }
         if header.format > 10 {
-            return bad(format!("point format {}", header.format), "1 to 10");
+            return bad(format!("point format {}", header.format), "0 to 10");
         }
         if header.points == 0 {
             return bad("0 points".to_owned(), "at least one point");
@@ -240,11 +261,14 @@ impl<R: Read + Seek> Check<'_, R> {
         if header.points > 1 << 40 {
             return bad(format!("{} points", header.points), "at most 2^40");
         }
-        if header.point_bytes < 20 {
-            return bad(
-                format!("points of {} bytes", header.point_bytes),
-                "20 or more",
-            );
+        let shortest = LENGTHS[usize::from(header.format)];
+        if header.point_bytes < shortest {
+            let found = format!("points of {} bytes", header.point_bytes);
+            let expected = format!("{shortest} or more in point format {}", header.format);
+            return bad(found, &expected);
+        }
+        if !header.offset.iter().all(|o| o.is_finite()) {
+            return bad(format!("offset {:?}", header.offset), "finite numbers");
         }
         if !header.scale.iter().all(|s| *s > 0.0 && *s <= 1e3) {
             return bad(
@@ -293,7 +317,19 @@ impl<R: Read + Seek> Check<'_, R> {
         Ok(compression)
     }
 
-    /// The decoder reads the first extended record whole: it must lie in the file.
+    /// A count that the compressed bytes cannot hold is damaged; room would be made for it.
+    fn count(&self, header: &Header) -> Result<(), FormatError> {
+        let bytes = self.size - u64::from(header.offset_to_points).min(self.size);
+        let most = bytes.saturating_mul(MOST_POINTS_PER_BYTE);
+        if header.points <= most {
+            return Ok(());
+        }
+        let found = format!("{} points in {bytes} compressed bytes", header.points);
+        let expected = format!("at most {most}");
+        Err(self.fault(FaultKind::BadValue, Place::Header, found, expected))
+    }
+
+    /// The first extended record must lie in the file.
     fn extended_record(&mut self, header: &Header) -> Result<(), FormatError> {
         let (at, count) = header.extended_records;
         if count == 0 {
@@ -326,12 +362,8 @@ impl<R: Read + Seek> Check<'_, R> {
         Err(self.fault(FaultKind::Truncated, place, found, expected))
     }
 
-    /// The chunk table stands behind the points; a truncated file has lost it. Its place and the number of chunks.
-    fn chunk_table(
-        &mut self,
-        header: &Header,
-        chunked: bool,
-    ) -> Result<Option<(u64, u64)>, FormatError> {
+    /// The chunk table stands behind the points; a truncated file has lost it. Its place.
+    fn chunk_table(&mut self, header: &Header, chunked: bool) -> Result<Option<u64>, FormatError> {
         let begin = u64::from(header.offset_to_points);
         if !chunked {
             return self.inside(begin, 1, "compressed points").map(|()| None);
@@ -364,6 +396,6 @@ impl<R: Read + Seek> Check<'_, R> {
                 "one chunk or more, none empty",
             ));
         }
-        Ok(Some((table, chunks)))
+        Ok(Some(table))
     }
 }

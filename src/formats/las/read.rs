@@ -1,27 +1,32 @@
 //! LAS and LAZ into columns.
 
-use std::io::{BufReader, Read, Seek};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use las::reader::{LazParallelism, ReaderOptions};
-use las::{PointData, PointDataBuilder};
-
+use super::laz::{Fault, Points, RawPoint};
 use super::raw::{self, Header};
 use crate::formats::error::{FaultKind, FormatError, Place, open};
 use crate::formats::laser_csv::reserve;
 use crate::formats::records::LaserRecords;
 
-/// Bytes of points decoded at a time.
-const CHUNK_BYTES: u64 = 4 << 20;
-
 /// Reads a LAS or LAZ file.
 ///
 /// # Errors
-/// [`FormatError`]: unreadable, empty, truncated, no GPS time, a value impossible, times that descend.
+/// [`FormatError`]: unreadable, empty, truncated, damaged, no GPS time, a value impossible.
 pub fn read(path: &Path) -> Result<LaserRecords, FormatError> {
     let (file, size) = open(path)?;
-    read_from(path, BufReader::with_capacity(1 << 18, file), size)
+    read_from(path, BufReader::with_capacity(1 << 16, file), size)
+}
+
+/// As [`read`], for points that need no time: where the file has none, all times are 0.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_untimed(path: &Path) -> Result<LaserRecords, FormatError> {
+    let (file, size) = open(path)?;
+    let mut source = BufReader::with_capacity(1 << 16, file);
+    let (header, points) = raw::check(path, &mut source, size)?;
+    all(path, source, size, &header, points)
 }
 
 /// Reads a LAS or LAZ of `size` bytes from `source`; `file` names it in messages.
@@ -30,21 +35,73 @@ pub fn read(path: &Path) -> Result<LaserRecords, FormatError> {
 /// As [`read`].
 pub fn read_from(
     file: &Path,
-    mut source: impl Read + Seek + Send + Sync + 'static,
+    mut source: impl Read + Seek,
     size: u64,
 ) -> Result<LaserRecords, FormatError> {
-    let header = raw::check(file, &mut source, size)?;
-    // the decoder asserts on corrupt compressed bytes: an error of the file, not of the program
-    catch_unwind(AssertUnwindSafe(|| decode(file, source, &header))).unwrap_or_else(|_| {
-        Err(corrupt(
+    let (header, points) = raw::check(file, &mut source, size)?;
+    if !header.has_gps_time() {
+        let found = format!("point format {}, which has no GPS time", header.format);
+        let expected = "a point format with GPS time (1, 3 to 10)";
+        return Err(FormatError::new(
+            FaultKind::BadValue,
             file,
-            0,
-            "compressed bytes that contradict each other",
-        ))
-    })
+            Place::Header,
+            found,
+            expected,
+        ));
+    }
+    all(file, source, size, &header, points)
 }
 
-fn corrupt(file: &Path, point: u64, found: impl Into<String>) -> FormatError {
+/// Reads every point, checks each, puts them in order.
+fn all(
+    file: &Path,
+    source: impl Read + Seek,
+    size: u64,
+    header: &Header,
+    points: raw::Points,
+) -> Result<LaserRecords, FormatError> {
+    let mut records = LaserRecords::default();
+    reserve(&mut records, header.points.min(1 << 24) as usize);
+    let mut take = |point| append(file, header, point, &mut records);
+    match points {
+        raw::Points::Plain => plain(file, source, header, &mut take)?,
+        raw::Points::Compressed(items, chunks) => {
+            let begin = (u64::from(header.offset_to_points), size);
+            let mut points = Points::begin(source, begin, items, chunks)
+                .map_err(|fault| damaged(file, 0, fault))?;
+            for k in 0..header.points {
+                take(points.point().map_err(|fault| damaged(file, k, fault))?)?;
+            }
+        }
+    }
+    records.tidy();
+    Ok(records)
+}
+
+fn plain(
+    file: &Path,
+    mut source: impl Read + Seek,
+    header: &Header,
+    take: &mut impl FnMut(RawPoint) -> Result<(), FormatError>,
+) -> Result<(), FormatError> {
+    let unreadable = |e| FormatError::unreadable(file, &e);
+    let begin = SeekFrom::Start(header.offset_to_points.into());
+    source.seek(begin).map_err(unreadable)?;
+    let mut raw = vec![0; header.point_bytes.into()];
+    for _ in 0..header.points {
+        source.read_exact(&mut raw).map_err(unreadable)?;
+        take(RawPoint::of(&raw, header.time_at()))?;
+    }
+    Ok(())
+}
+
+fn damaged(file: &Path, point: u64, fault: Fault) -> FormatError {
+    let found = match fault {
+        Fault::Io(error) => return FormatError::unreadable(file, &error),
+        Fault::End => "the end of the compressed points",
+        Fault::Damaged => "compressed bytes that contradict each other",
+    };
     FormatError::new(
         FaultKind::Truncated,
         file,
@@ -54,86 +111,30 @@ fn corrupt(file: &Path, point: u64, found: impl Into<String>) -> FormatError {
     )
 }
 
-/// One thread: other files are read beside this one, and the decoder's threads trust the chunk table's sizes.
-fn decode(
+/// Appends a point after checking it.
+fn append(
     file: &Path,
-    source: impl Read + Seek + Send + Sync + 'static,
     header: &Header,
-) -> Result<LaserRecords, FormatError> {
-    let damaged = |point: u64, error: las::Error| corrupt(file, point, format!("\"{error}\""));
-    let options = ReaderOptions::default().with_laz_parallelism(LazParallelism::No);
-    let mut reader = las::Reader::with_options(source, options).map_err(|e| damaged(0, e))?;
-    let mut chunk = PointDataBuilder::new().for_header(reader.header()).build();
-    let points_at_a_time = (CHUNK_BYTES / u64::from(header.point_bytes)).max(1);
-    let mut records = LaserRecords::default();
-    reserve(&mut records, header.points.min(1 << 24) as usize);
-    loop {
-        let before = records.len() as u64;
-        let count = reader
-            .fill_points(points_at_a_time, &mut chunk)
-            .map_err(|e| damaged(before, e))?;
-        if count == 0 {
-            break;
-        }
-        append(file, &chunk, &mut records)?;
+    point: RawPoint,
+    records: &mut LaserRecords,
+) -> Result<(), FormatError> {
+    let time_s = f64::from_bits(point.time as u64);
+    let bad = |found: String, expected: &str| {
+        let place = Place::Point(records.time_s.len() as u64);
+        FormatError::new(FaultKind::BadValue, file, place, found, expected)
+    };
+    if !time_s.is_finite() {
+        return Err(bad(format!("time {time_s}"), "a finite time"));
     }
-    Ok(records)
-}
-
-/// Appends a chunk's columns after checking them.
-fn append(file: &Path, chunk: &PointData, records: &mut LaserRecords) -> Result<(), FormatError> {
-    let begin = records.len();
-    let times = chunk
-        .gps_time()
-        .ok_or_else(|| corrupt(file, begin as u64, "points without GPS time"))?;
-    records.time_s.extend(times);
-    records.x_m.extend(chunk.x());
-    records.y_m.extend(chunk.y());
-    records.z_m.extend(chunk.z());
-    let mut before = begin
-        .checked_sub(1)
-        .map_or(f64::NEG_INFINITY, |k| records.time_s[k]);
-    for (k, &time_s) in records.time_s.iter().enumerate().skip(begin) {
-        if !time_s.is_finite() {
-            return Err(bad(
-                file,
-                k,
-                FaultKind::BadValue,
-                format!("time {time_s}"),
-                "a finite time",
-            ));
-        }
-        if time_s < before {
-            let found = format!("time {time_s} after {before}");
-            return Err(bad(
-                file,
-                k,
-                FaultKind::Order,
-                found,
-                "points in order of GPS time",
-            ));
-        }
-        before = time_s;
+    let xyz = [0, 1, 2].map(|k| header.scale[k] * f64::from(point.xyz[k]) + header.offset[k]);
+    if let Some(k) = xyz.iter().position(|v| !(v.abs() <= 2e7)) {
+        let found = format!("{} = {}", ["x", "y", "z"][k], xyz[k]);
+        return Err(bad(found, "a coordinate within 20000 km"));
     }
-    for (name, column) in [
-        ("x", &records.x_m),
-        ("y", &records.y_m),
-        ("z", &records.z_m),
-    ] {
-        if let Some(k) = (begin..column.len()).find(|&k| !(column[k].abs() <= 2e7)) {
-            let found = format!("{name} = {}", column[k]);
-            return Err(bad(
-                file,
-                k,
-                FaultKind::BadValue,
-                found,
-                "a coordinate within 20000 km",
-            ));
-        }
-    }
+    let [x, y, z] = xyz;
+    records.time_s.push(time_s);
+    records.x_m.push(x);
+    records.y_m.push(y);
+    records.z_m.push(z);
     Ok(())
-}
-
-fn bad(file: &Path, k: usize, kind: FaultKind, found: String, expected: &str) -> FormatError {
-    FormatError::new(kind, file, Place::Point(k as u64), found, expected)
 }

@@ -4,12 +4,15 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use las::point::Format;
-use las::{Builder, Point, Transform, Vector};
+use las::{Builder, GpsTimeType, Point, Transform, Vector};
 
+use crate::files::temporary::{new_in, sweep};
+use crate::files::whole::{folder_of, readable_by_all};
 use crate::formats::error::FormatError;
 use crate::formats::extension;
-use crate::formats::whole::readable_by_all;
 
+/// System identifier of the files written here: georeferenced by this program, so that it may replace them.
+pub const WRITTEN_BY: &str = "boresight apply";
 /// Resolution of written coordinates, metres.
 const SCALE_M: f64 = 0.0001;
 
@@ -20,6 +23,16 @@ pub struct Layout {
     pub middle_m: [f64; 3],
     /// The coordinate reference system as WKT.
     pub wkt: String,
+    /// Whether the times are adjusted standard GPS time and not seconds of the week.
+    pub standard_time: bool,
+}
+
+/// Whether times are adjusted standard GPS time (seconds since 1980, less 1e9), judged by their size: no second of a week is as large.
+#[must_use]
+pub fn is_standard_time(time_s: &[f64]) -> bool {
+    let largest = time_s.iter().fold(0.0, |most: f64, t| most.max(t.abs()));
+    // a week, and a survey that goes on counting after its end
+    (14.0 * 86_400.0..1e9).contains(&largest)
 }
 
 /// One point.
@@ -44,15 +57,10 @@ pub fn write<E: From<FormatError>>(
     chunks: impl Iterator<Item = Result<Vec<CloudPoint>, E>>,
 ) -> Result<u64, E> {
     let refused = |error: &dyn std::fmt::Display| E::from(FormatError::unwritable(path, error));
-    let folder = path
-        .parent()
-        .filter(|f| !f.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let temporary = tempfile::Builder::new()
-        .prefix(".boresight-")
-        .tempfile_in(folder)
-        .map_err(|e| refused(&e))?;
-    let file = temporary.reopen().map_err(|e| refused(&e))?;
+    let folder = folder_of(path);
+    sweep(folder);
+    let temporary = new_in(folder).map_err(|e| refused(&e))?;
+    let file = temporary.as_file().try_clone().map_err(|e| refused(&e))?;
     let header = header(layout, extension(path) != "las").map_err(|e| refused(&e))?;
     let writer = las::Writer::new(BufWriter::with_capacity(1 << 20, file), header)
         .map_err(|e| refused(&e))?;
@@ -100,6 +108,10 @@ fn header(layout: &Layout, compressed: bool) -> Result<las::Header, las::Error> 
     builder.point_format = Format::new(6)?;
     builder.point_format.is_compressed = compressed;
     builder.generating_software = "boresight".to_owned();
+    builder.system_identifier = WRITTEN_BY.to_owned();
+    if layout.standard_time {
+        builder.gps_time_type = GpsTimeType::Standard;
+    }
     let transform = |middle_m: f64| Transform {
         scale: SCALE_M,
         offset: middle_m.round(),
@@ -134,6 +146,7 @@ mod tests {
         Layout {
             middle_m: [500_000.4, 3e6, 15.0],
             wkt: super::super::wkt::utm(crate::geometry::Ellipsoid::Wgs84, 50),
+            standard_time: false,
         }
     }
 

@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::file::SurveyFile;
+use super::file::{CoordinatesName, SurveyFile};
 use super::observations::{
     laser_problem, place_laser, place_soundings, shift, to_geocentric, trajectory_problem,
 };
 use super::rules;
+use crate::formats::digest::Stamps;
 use crate::formats::{
-    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_sound_speed, read_soundings,
-    read_trajectory,
+    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_laser_cloud,
+    read_sound_speed, read_soundings, read_trajectory,
 };
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{Campaign, LaserCoordinates, SoundSpeed, SoundSpeedProfile, SoundingRange};
@@ -62,13 +63,16 @@ pub struct Counts {
 /// their times. Nothing is written.
 pub fn load(path: &Path) -> Result<LoadedSurvey, SurveyError> {
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut stamps = Stamps::begin(path);
     let file = read_survey_file(path, Some(&folder))?;
     let paths = Paths::new(&file, &folder);
+    stamps.add(named(&file).iter().map(|name| folder.join(name)));
     let (contents, inputs) = rayon::join(
         || read_contents(&file, &paths),
         || digests(path, &folder, &named(&file)),
     );
     let (contents, inputs) = (contents?, inputs?);
+    stamps.unchanged()?;
     compose(file, &paths, contents, inputs)
 }
 
@@ -193,7 +197,11 @@ fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecord
 }
 
 fn checked_laser(file: &SurveyFile, path: &Path) -> Result<LaserRecords, SurveyError> {
-    let mut records = read_laser(path)?;
+    let mut records = match file.lidar.coordinates {
+        CoordinatesName::Sensor => read_laser(path)?,
+        // points that are georeferenced need no time
+        _ => read_laser_cloud(path)?,
+    };
     let problem = laser_problem(path, &records, file.lidar.coordinates);
     none_of(problem.into_iter().collect())?;
     if let Some(zone) = file.lidar.zone() {
@@ -252,6 +260,7 @@ fn compose(
         mut soundings,
         profile,
     } = contents;
+    let of_returns = std::mem::take(&mut laser.notes);
     let section = &file.trajectory;
     let trajectory = trajectory.into_trajectory(
         file.target.ellipsoid,
@@ -296,7 +305,10 @@ fn compose(
     };
     Ok(LoadedSurvey {
         pose: file.target.pose(),
-        notes: notes(&counts, &campaign),
+        notes: of_returns
+            .into_iter()
+            .chain(notes(&counts, &campaign))
+            .collect(),
         file,
         campaign,
         target_model: model,

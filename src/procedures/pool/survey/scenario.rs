@@ -6,11 +6,14 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
+use crate::formats::FormatError;
+use crate::formats::error::read_text;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
 use crate::simulate::scenario::complaint;
 use crate::survey::document::Document;
 use crate::survey::problem::ScenarioError;
+use crate::survey::problem::{Problem, SurveyError};
 use crate::survey::procedure::OF_SCENARIO;
 use crate::survey::schema::{self, Kind};
 use crate::survey::section::section;
@@ -37,7 +40,7 @@ pub struct ScenarioFile {
 /// # Errors
 /// [`ScenarioError`]: unreadable, not TOML, unknown keys (all of them, with the nearest known one), wrong types, impossible values.
 pub fn read(file: &Path) -> Result<ScenarioFile, ScenarioError> {
-    let text = std::fs::read_to_string(file).map_err(|error| fault(file, error.to_string()))?;
+    let text = read_text(file).map_err(unread)?;
     beside(file, &text)
 }
 
@@ -48,7 +51,7 @@ pub fn read(file: &Path) -> Result<ScenarioFile, ScenarioError> {
 pub fn beside(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError> {
     let folder = file.parent().unwrap_or(Path::new("."));
     parse(file, text, |model| {
-        std::fs::read_to_string(folder.join(model))
+        read_text(&folder.join(model)).map_err(unread)
     })
 }
 
@@ -57,8 +60,10 @@ pub fn beside(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError> {
 /// # Errors
 /// As [`read`].
 pub fn from_text(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError> {
-    let absent = || std::io::Error::from(std::io::ErrorKind::NotFound);
-    parse(file, text, |_| Err(absent()))
+    let absent = |model: &str| {
+        FormatError::unreadable(Path::new(model), &std::io::ErrorKind::NotFound.into())
+    };
+    parse(file, text, |model| Err(unread(absent(model))))
 }
 
 section! {
@@ -74,34 +79,69 @@ section! {
 }
 
 impl ScenarioFile {
-    /// How the scenario is to be calibrated, judged as in a survey file; `file` names the scenario in messages.
+    /// How the scenario is to be calibrated; `file` names the scenario in messages.
     ///
     /// # Errors
-    /// [`ScenarioError`] with every unknown key, wrong type and impossible value.
+    /// [`ScenarioError`] for what reading the file let through, which is nothing.
     pub fn calibration(&self, file: &Path) -> Result<Calibration, ScenarioError> {
-        let text = self.calibration.to_string();
-        let error = |faults| ScenarioError {
-            file: file.to_owned(),
-            faults,
-        };
-        let document = Document::parse(file, &text)
-            .map_err(|problems| error(problems.iter().map(|p| p.found.clone()).collect()))?;
-        let problems = schema::check(&document, Calibration::KEYS);
-        if !problems.is_empty() {
-            // lines would be those of the sections alone
-            let key = |place: &str| place.split_once(", ").map_or("", |(_, key)| key).to_owned();
-            let fault = problems.iter().map(|p| {
-                format!(
-                    "{}: found {}, expected {}",
-                    key(&p.place),
-                    p.found,
-                    p.expected
-                )
-            });
-            return Err(error(fault.collect()));
-        }
-        toml::from_str(&text).map_err(|e| error(vec![e.message().to_owned()]))
+        toml::from_str(&self.calibration.to_string())
+            .map_err(|e| fault(file, e.message().to_owned()))
     }
+}
+
+/// What is wrong with a file that cannot be read, under its own name.
+fn unread(error: FormatError) -> ScenarioError {
+    let place = error.place;
+    let (found, expected) = (error.found, error.expected);
+    fault(
+        &error.file,
+        format!("{place}: found {found}, expected {expected}"),
+    )
+}
+
+/// What is wrong with a target file that a scenario names, under its own name.
+fn in_target(error: &SurveyError) -> ScenarioError {
+    let file = error.problems.first().map(|p| p.file.clone());
+    in_file(&file.unwrap_or_default(), &error.problems)
+}
+
+fn in_file(file: &Path, problems: &[Problem]) -> ScenarioError {
+    ScenarioError {
+        file: file.to_owned(),
+        faults: problems.iter().map(in_words).collect(),
+    }
+}
+
+fn in_words(p: &Problem) -> String {
+    format!("{}: found {}, expected {}", p.place, p.found, p.expected)
+}
+
+/// The faults with their lines.
+fn placed(document: &Document<'_>, faults: &[String]) -> ScenarioError {
+    ScenarioError {
+        file: document.file().to_owned(),
+        faults: faults.iter().map(|fault| document.placed(fault)).collect(),
+    }
+}
+
+/// Faults of `[sequential]` and `[joint]`, judged as in a survey file.
+fn calibration_faults(document: &Document<'_>) -> Vec<String> {
+    let own = |p: &&Problem| p.place.contains("[sequential]") || p.place.contains("[joint]");
+    let problems = schema::check(document, Calibration::KEYS);
+    problems.iter().filter(own).map(in_words).collect()
+}
+
+/// Names of files to write that would lead out of the survey's folder.
+fn paths_out(paths: &[(&str, Option<&str>)]) -> Vec<String> {
+    let leads_out =
+        |name: &str| name.contains(['/', '\\', ':']) || name.starts_with('.') || name.is_empty();
+    let named = paths.iter().filter_map(|(key, name)| Some((key, (*name)?)));
+    named
+        .filter(|(_, name)| leads_out(name))
+        .map(|(key, name)| {
+            format!("{key} = \"{name}\", expected the name of a file, without folders")
+        })
+        .collect()
 }
 
 fn fault(file: &Path, fault: String) -> ScenarioError {
@@ -114,9 +154,10 @@ fn fault(file: &Path, fault: String) -> ScenarioError {
 fn parse(
     file: &Path,
     text: &str,
-    open: impl Fn(&str) -> std::io::Result<String>,
+    open: impl Fn(&str) -> Result<String, ScenarioError>,
 ) -> Result<ScenarioFile, ScenarioError> {
     let mut root = table_of(file, text)?;
+    let document = Document::parse(file, text).map_err(|problems| in_file(file, &problems))?;
     if let Some(found) = other_kind(&root) {
         return Err(fault(
             file,
@@ -124,13 +165,15 @@ fn parse(
         ));
     }
     let model_text = match path_of_model(&root) {
-        Some(path) => Some(
-            open(&path).map_err(|e| fault(file, format!("[target] model = \"{path}\": {e}")))?,
-        ),
+        Some(path) => Some((
+            open(&path)?,
+            file.parent().unwrap_or(Path::new("")).join(path),
+        )),
         None => None,
     };
-    if let Some(model_text) = &model_text {
-        insert_model(&mut root, table_of(file, model_text)?);
+    if let Some((model_text, model_file)) = &model_text {
+        super::load::parse_target(model_file, model_text).map_err(|e| in_target(&e))?;
+        insert_model(&mut root, table_of(model_file, model_text)?);
     }
     let name = |root: &mut Spanned<DeTable<'_>>, section, default: &str| {
         take_text(root, section, "path").unwrap_or_else(|| default.to_owned())
@@ -141,10 +184,19 @@ fn parse(
         name(&mut root, "multibeam", "multibeam.csv"),
     );
     let calibration = take_calibration(&mut root);
-    let scenario = deserialise(text, &mut root).map_err(|faults| ScenarioError {
-        file: file.to_owned(),
-        faults,
-    })?;
+    let mut faults = calibration_faults(&document);
+    faults.extend(paths_out(&[
+        ("trajectory.path", trajectory.as_deref()),
+        ("lidar.path", Some(&lidar)),
+        ("multibeam.path", Some(&multibeam)),
+    ]));
+    let found = deserialise(text, &mut root).map_err(|more| faults.extend(more));
+    let Ok(scenario) = found else {
+        return Err(placed(&document, &faults));
+    };
+    if !faults.is_empty() {
+        return Err(placed(&document, &faults));
+    }
     let recorded = if scenario.trajectory.velocity {
         "trajectory.out"
     } else {
@@ -329,7 +381,8 @@ mod tests {
             .replace("speed_m_s = 0.8", "speed_m_s = -1.0");
         let faults = faults_of(&text);
         assert!(
-            faults.contains(&"multibeam.beams = 1, expected 2 to 30000".to_owned()),
+            faults.iter().any(|f| f.starts_with("line ")
+                && f.ends_with("multibeam.beams = 1, expected 2 to 30000")),
             "{faults:?}"
         );
         assert!(
@@ -394,8 +447,7 @@ mod tests {
             "[lidar]",
             "[joint]\ndrift = \"of\"\ngate_sigma = 2.0\n[sequential]\nvariants = \"literal\"\n\n[lidar]",
         );
-        let file = from_text(Path::new("s.toml"), &text).expect("a scenario");
-        let error = file.calibration(Path::new("s.toml")).expect_err("faults");
+        let error = from_text(Path::new("s.toml"), &text).expect_err("faults");
         let text = error.to_string();
         assert_eq!(error.faults.len(), 3, "{text}");
         for expected in [

@@ -202,7 +202,50 @@ impl RailScenario {
             let found = &self.procedure;
             faults.push(format!("procedure: found \"{found}\", expected \"rail\""));
         }
+        if faults.is_empty() {
+            faults.extend(self.counts().into_iter().filter_map(|r| r.fault()));
+        }
         faults
+    }
+
+    /// How much would be simulated.
+    fn counts(&self) -> Vec<Range> {
+        let t = &self.table;
+        let sweeps = [t.heading_sweep_deg, t.pitch_sweep_deg];
+        let positions: f64 = sweeps
+            .map(|[from, to, step]| (to - from) / step + 1.0)
+            .iter()
+            .sum();
+        let rays = |p: &ProfilerSection| f64::from(p.rays) * f64::from(p.profiles);
+        let points = positions * self.profiler.iter().map(rays).sum::<f64>();
+        let records = positions * t.rest_s * self.attitude.rate_hz;
+        let (p, s) = ("table.heading_sweep_deg", "profiler");
+        vec![
+            range(
+                &format!("{p} (positions of the table)"),
+                positions.round(),
+                1.0,
+                1e5,
+            ),
+            range(
+                &format!("{s} (their number)"),
+                self.profiler.len() as f64,
+                1.0,
+                100.0,
+            ),
+            range(
+                &format!("{s} (points of all profiles)"),
+                points.round(),
+                1.0,
+                2e7,
+            ),
+            range(
+                "attitude.rate_hz (attitude records)",
+                records.round(),
+                0.0,
+                2e7,
+            ),
+        ]
     }
 
     fn stand_ranges(&self) -> Vec<Range> {

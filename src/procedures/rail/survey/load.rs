@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::file::RailSurveyFile;
 use super::keys;
+use crate::formats::digest::Stamps;
 use crate::formats::{attitude_csv, read_attitude, read_rail_profiles, read_table};
 use crate::observe::RailCampaign;
 use crate::results::InputFile;
@@ -32,6 +33,7 @@ pub struct LoadedRail {
 /// [`SurveyError`] with everything that is wrong: first with the survey file itself, then with the files.
 pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
     let folder = path.parent().unwrap_or(Path::new(""));
+    let mut stamps = Stamps::begin(path);
     let file = parse_survey(path, &read_text(path)?, Some(folder))?;
     let named = [
         &file.rail.model,
@@ -40,6 +42,7 @@ pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
         &file.table.path,
     ];
     let [model, profiles, attitude, table] = named.map(|name| folder.join(name));
+    stamps.add(named.map(|name| folder.join(name)));
     let mut problems = vec![];
     let rail = keep(
         &mut problems,
@@ -67,6 +70,7 @@ pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
     };
     none_of(clock_problems(&campaign, &profiles, &table))?;
     let inputs = digests(path, folder, &named.map(String::as_str))?;
+    stamps.unchanged()?;
     Ok(LoadedRail {
         campaign,
         rail,

@@ -74,8 +74,12 @@ pub fn parse_scenario(
         .filter_map(|key| Some((key.to_owned(), table.remove(key)?)));
     let calibration = calibration.collect();
     let scenario: RailScenario = typed(path, &table.to_string())?;
+    let place = |fault: &str| {
+        let line = document.line_of_key(fault.split([':', '(']).next().unwrap_or_default());
+        line.map_or("whole file".to_owned(), |line| format!("line {line}"))
+    };
     let impossible =
-        |fault: &String| Problem::new(path, "whole file", fault, "values that can be simulated");
+        |fault: &String| Problem::new(path, place(fault), fault, "values that can be simulated");
     none_of(scenario.faults().iter().map(impossible).collect())?;
     none_of(same_names(
         &document,

@@ -285,7 +285,25 @@ impl Scenario {
         for (source, factor) in self.sources.iter() {
             faults.range(&format!("sources.{source:?}"), factor, 0.0, 1e6);
         }
+        self.check_counts(&mut faults);
         faults.0
+    }
+
+    /// How much would be simulated.
+    fn check_counts(&self, faults: &mut Faults) {
+        let beacons = (self.beacons.beacon.len() + 5) as f64;
+        let fixes = beacons * f64::from(self.fixes.per_beacon);
+        faults.range("beacons.beacon (their number)", beacons - 5.0, 0.0, 1000.0);
+        faults.range("fixes.per_beacon (fixes of all beacons)", fixes, 0.0, 2e6);
+        let records = fixes / self.fixes.rate_hz * self.attitude.rate_hz;
+        faults.range(
+            "attitude.rate_hz (attitude records of all fixes)",
+            records,
+            0.0,
+            2e7,
+        );
+        let knots = self.sound_speed.profile.len() as f64;
+        faults.range("sound_speed.profile (depths)", knots, 0.0, 10_000.0);
     }
 }
 

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::file::UsblFile;
 use crate::formats::attitude_csv;
+use crate::formats::digest::Stamps;
 use crate::formats::usbl_control_csv::{
     ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
 };
@@ -48,9 +49,12 @@ pub struct LoadedUsbl {
 /// [`SurveyError`] with every fault that can be told at once.
 pub fn load(path: &Path) -> Result<LoadedUsbl, SurveyError> {
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut stamps = Stamps::begin(path);
     let file = parse(path, &read_text(path)?, Some(&folder))?;
+    stamps.add(named(&file).iter().map(|name| folder.join(name)));
     let contents = read(&file, &folder)?;
     let inputs = digests(path, &folder, &named(&file))?;
+    stamps.unchanged()?;
     compose(file, contents, inputs, &folder)
 }
 

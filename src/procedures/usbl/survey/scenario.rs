@@ -40,8 +40,11 @@ section! {
 /// # Errors
 /// [`ScenarioError`]: unreadable, not TOML, unknown keys, wrong types, impossible values.
 pub fn read(file: &Path) -> Result<UsblScenarioFile, ScenarioError> {
-    let text =
-        std::fs::read_to_string(file).map_err(|error| failed(file, vec![error.to_string()]))?;
+    let unread = |e: crate::formats::FormatError| {
+        let fault = format!("{}: found {}, expected {}", e.place, e.found, e.expected);
+        failed(file, vec![fault])
+    };
+    let text = crate::formats::error::read_text(file).map_err(unread)?;
     from_text(file, &text)
 }
 
@@ -73,7 +76,7 @@ pub fn from_text(file: &Path, text: &str) -> Result<UsblScenarioFile, ScenarioEr
         }),
         Ok(_) => Err(failed(file, faults)),
         Err(more) => {
-            faults.extend(more);
+            faults.extend(more.iter().map(|fault| document.placed(fault)));
             Err(failed(file, faults))
         }
     }
