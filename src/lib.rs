@@ -24,7 +24,10 @@
 pub mod adjust;
 pub mod budget;
 pub mod calibrate;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
+mod doors;
 pub mod formats;
 pub mod geometry;
 pub mod georef;
@@ -39,6 +42,27 @@ pub mod stats;
 pub mod survey;
 pub mod target;
 pub mod units;
+
+pub use calibrate::seam::{
+    Checked, Finished, InputError, Loaded, Procedure, ScenarioRun, Settings, Simulated, TrueError,
+};
+pub use doors::{calibrate, calibrate_arrays, calibrate_with, check, simulate};
+/// The linear algebra of every matrix and vector in this library's signatures.
+pub use nalgebra;
+
+/// What a program that calibrates from arrays needs.
+pub mod prelude {
+    pub use crate::calibrate::choices::Method;
+    pub use crate::calibrate::seam::{Finished, InputError, Settings};
+    pub use crate::geometry::ellipsoid::TargetPose;
+    pub use crate::geometry::{Ellipsoid, Geodetic};
+    pub use crate::observe::{
+        Campaign, GeodeticTrajectory, LaserCoordinates, LaserNoise, LaserScan, Mounting,
+        MountingSigma, SonarNoise, SoundSpeed, SoundingRange, Soundings, TrajectoryNoise,
+    };
+    pub use crate::procedures::pool::{PoolError, PoolOutcome};
+    pub use crate::target::{Target, TargetModel, WallModel};
+}
 
 /// The code in `docs/` compiles and runs as tests.
 #[cfg(doctest)]

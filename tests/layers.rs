@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 /// Floor of every top-level module; the table of the architecture page.
-const FLOORS: [(&str, u8); 20] = [
+const FLOORS: [(&str, u8); 21] = [
     ("ruled", 0),
     ("units", 0),
     ("stats", 0),
@@ -25,8 +25,9 @@ const FLOORS: [(&str, u8); 20] = [
     ("procedures", 8),
     ("budget", 9),
     ("report", 9),
-    ("cli", 10),
-    ("main", 11),
+    ("doors", 10),
+    ("cli", 11),
+    ("main", 12),
 ];
 
 /// Neighbours on one floor of which the first builds on the second; never the other way round.
