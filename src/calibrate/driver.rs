@@ -197,3 +197,119 @@ fn unjudged<T>(solution: Solution, ties: T) -> Solved<T> {
         judged: None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adjust::{Block, BlockId, ChainState, Component, Conditions, Row, Source, Unit};
+
+    /// The mean of those heights that lie within a gate of it.
+    struct Level {
+        heights_m: Vec<f64>,
+        gate_m: f64,
+        block: BlockId,
+        start: ParameterSet,
+        passes: usize,
+    }
+
+    struct Heights<'a>(&'a Level, &'a [usize]);
+
+    impl Conditions for Heights<'_> {
+        fn len(&self) -> usize {
+            self.1.len()
+        }
+
+        fn linearise(&self, k: usize, x: &ParameterSet, _: Option<&ChainState>, row: &mut Row) {
+            row.clear();
+            row.misclosure = x.euclidean(self.0.block)[0] - self.0.heights_m[self.1[k]];
+            row.variance = 1e-4;
+            row.extend(x.offset(self.0.block), &[1.0]);
+        }
+    }
+
+    impl Level {
+        fn new(gate_m: f64) -> Self {
+            let mut start = ParameterSet::new();
+            let height = vec![Component::new("height", Unit::Metre)];
+            let block = start.push(Block::euclidean("level", height, &[0.1]));
+            let spread = |k: u32| 0.01 * (f64::from(k) * 0.618_033_988_749_894_9).fract();
+            let near = (0..40).map(spread);
+            Self {
+                heights_m: near.chain([5.0, 6.0]).collect(),
+                gate_m,
+                block: block.expect("a block"),
+                start,
+                passes: 0,
+            }
+        }
+
+        fn tie(&self, x: &ParameterSet) -> Vec<usize> {
+            let level_m = x.euclidean(self.block)[0];
+            let near = |k: &usize| (self.heights_m[*k] - level_m).abs() < self.gate_m;
+            (0..self.heights_m.len()).filter(near).collect()
+        }
+    }
+
+    impl Model for Level {
+        type Ties = Vec<usize>;
+
+        fn begin(&mut self) -> Result<(Estimate, Vec<usize>), AdjustError> {
+            let all = (0..self.heights_m.len()).collect();
+            Ok((Estimate::new(self.start.clone()), all))
+        }
+
+        fn schedule(&self) -> Schedule {
+            Schedule {
+                passing: Options::default(),
+                last: Options::default(),
+                quality: QualityOptions::default(),
+                most_snoops: 1,
+                limits: Limits::default(),
+            }
+        }
+
+        fn with_problem<T>(
+            &self,
+            ties: &Vec<usize>,
+            _: &ParameterSet,
+            then: impl FnOnce(&Problem) -> T,
+        ) -> T {
+            let heights = Heights(self, ties);
+            then(&Problem::dense(vec![Source::new(&heights)]))
+        }
+
+        fn next(&mut self, pass: &Pass<'_, Vec<usize>>) -> Next<Vec<usize>> {
+            self.passes += 1;
+            let again = self.tie(&pass.solution.estimate.parameters);
+            if again.is_empty() {
+                return Next::End(Some(again));
+            }
+            if again == *pass.ties {
+                let ties = Some(again);
+                return Next::Rest { ties, stable: true };
+            }
+            Next::Again(again)
+        }
+    }
+
+    #[test]
+    fn ties_are_made_again_until_they_rest_and_the_end_is_judged() {
+        let mut level = Level::new(0.5);
+        let solved = run(&mut level).expect("a solution");
+        assert!(solved.stable && level.passes > 1);
+        assert_eq!(solved.ties, (0..40).collect::<Vec<_>>());
+        let found = solved.solution.estimate.parameters.euclidean(level.block)[0];
+        let near = &level.heights_m[..40];
+        assert!((found - near.iter().sum::<f64>() / 40.0).abs() < 1e-9);
+        let judged = solved.judged.expect("a judgement");
+        assert!((judged.quality.global.degrees_of_freedom - 39.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_model_that_gives_up_is_not_judged() {
+        let mut level = Level::new(1e-9);
+        let solved = run(&mut level).expect("an end");
+        assert!(solved.judged.is_none() && !solved.stable && solved.ties.is_empty());
+        assert_eq!(level.passes, 1);
+    }
+}

@@ -167,8 +167,9 @@ impl Path<'_> {
             stable,
             judged,
         } = solved;
-        let judged = judged.ok_or_else(|| AdjustError::Driver {
-            message: "an adjustment that was not judged".to_owned(),
+        let judged = judged.ok_or(AdjustError::TooFew {
+            conditions: ties.len(),
+            unknowns: self.blocks.sought(),
         })?;
         let suspect = |w: &crate::adjust::ConditionQuality| match w.set {
             0 => Suspect::Point(ties[w.condition].row),
