@@ -17,8 +17,8 @@ use crate::target::Target;
 /// # let usbl = boresight::procedures::find("usbl").ok_or("no such procedure")?;
 /// # usbl.scenario("demo.toml".as_ref(), &usbl.demo())?.write(1, folder.path(), &|_| {})?;
 /// let found = boresight::calibrate(&survey)?; // "survey.toml"
-/// println!("{}", boresight::report::any::summary(&found.result));
-/// assert!(found.result.usable());
+/// println!("{}", boresight::report::text::summary(&found.result, &found.page));
+/// assert!(found.result.usable);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///

@@ -44,7 +44,7 @@ pub mod target;
 pub mod units;
 
 pub use calibrate::seam::{
-    Checked, Finished, InputError, Loaded, Procedure, ScenarioRun, Settings, Simulated, TrueError,
+    Checked, Finished, InputError, Loaded, Procedure, ScenarioRun, Settings, Simulated,
 };
 pub use doors::{calibrate, calibrate_arrays, calibrate_with, check, simulate};
 /// The linear algebra of every matrix and vector in this library's signatures.

@@ -57,7 +57,7 @@ const NARROWER: [(&str, &[&str]); 4] = [
     ("results", &["units", "stats", "geometry", "adjust"]),
     (
         "report",
-        &["units", "stats", "geometry", "adjust", "results"],
+        &["ruled", "units", "stats", "geometry", "adjust", "results"],
     ),
 ];
 

@@ -3,16 +3,15 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use comfy_table::CellAlignment;
 use serde::Serialize;
 
 use super::format::ROWS;
-use super::text::ruled_table;
 use super::{ReportError, html, json};
 use crate::results::{
     BudgetPath, BudgetResult, Interval, Origin, PathBudget, PathStatistics, SixFigures, SixValues,
     SourceShare, Sweep, write_whole,
 };
+use crate::ruled::Ruled;
 
 /// Sources that the terminal shows of each path.
 const SHOWN: usize = 5;
@@ -312,8 +311,7 @@ fn predicted_text(path: &PathBudget) -> String {
         return String::new();
     };
     let mut text = format!("\n{}, by propagation\n", title(path));
-    let mut table = ruled_table();
-    table.set_header([
+    let mut table = Ruled::new([
         "parameter",
         "bias",
         "standard deviation",
@@ -322,7 +320,7 @@ fn predicted_text(path: &PathBudget) -> String {
     ]);
     for (i, row) in ROWS.iter().enumerate() {
         let efficiency = path.efficiency.as_ref().map(super::format::in_order);
-        table.add_row([
+        table.row([
             format!("{}, {}", row.name, row.unit),
             cell(predicted.bias.as_ref(), i),
             cell(predicted.standard_deviation.as_ref(), i),
@@ -330,7 +328,7 @@ fn predicted_text(path: &PathBudget) -> String {
             efficiency.map_or_else(|| "-".to_owned(), |e| format!("{:.3}", e[i])),
         ]);
     }
-    text.push_str(&right_aligned(table));
+    let _ = writeln!(text, "{table}");
     if let Some(first) = path.agreement.first() {
         let all: usize = path.agreement.iter().map(|a| a.variance_ratio.len()).sum();
         let outside: usize = path.agreement.iter().map(|a| a.outside.len()).sum();
@@ -360,20 +358,9 @@ fn predicted_text(path: &PathBudget) -> String {
     text
 }
 
-fn right_aligned(mut table: comfy_table::Table) -> String {
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    let mut text = table.trim_fmt();
-    text.push('\n');
-    text
-}
-
 fn statistics_table(s: &PathStatistics) -> String {
     let reported = s.reported.as_ref();
     let sigma = reported.and_then(|r| r.standard_deviation);
-    let mut table = ruled_table();
     let mut header = vec![
         "parameter",
         "bias",
@@ -384,7 +371,7 @@ fn statistics_table(s: &PathStatistics) -> String {
     if reported.is_some() {
         header.extend(["reported sigma", "pull RMS"]);
     }
-    table.set_header(header);
+    let mut table = Ruled::new(header);
     for (i, row) in ROWS.iter().enumerate() {
         let mut line = vec![
             format!("{}, {}", row.name, row.unit),
@@ -398,9 +385,9 @@ fn statistics_table(s: &PathStatistics) -> String {
             let pull = super::format::in_order(&reported.pull_rms)[i];
             line.push(format!("{pull:.3}"));
         }
-        table.add_row(line);
+        table.row(line);
     }
-    right_aligned(table)
+    format!("{table}\n")
 }
 
 fn honesty(s: &PathStatistics) -> String {
@@ -445,21 +432,20 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     let left_out = sources.len().saturating_sub(SHOWN);
     sources.truncate(SHOWN);
     sources.extend(path.shares.iter().filter(is_rest));
-    let mut table = ruled_table();
     let names = ROWS.iter().map(|row| row.name.to_owned());
     let heading = match origin {
         Origin::MonteCarlo => "share of variance (trials), %",
         Origin::Analytic => "share of variance (analytic), %",
     };
-    table.set_header([heading.to_owned()].into_iter().chain(names));
+    let mut table = Ruled::new([heading.to_owned()].into_iter().chain(names));
     for share in sources {
         let described = result.sources.iter().find(|s| s.source == share.source);
         let title = described.map_or(share.source.as_str(), |s| s.title.as_str());
         let six = share.share.as_ref().map(super::format::in_order);
         let percent = |i: usize| six.map_or("-".into(), |six| format!("{:.1}", 100.0 * six[i]));
-        table.add_row([title.to_owned()].into_iter().chain((0..6).map(percent)));
+        table.row([title.to_owned()].into_iter().chain((0..6).map(percent)));
     }
-    let mut text = right_aligned(table);
+    let mut text = format!("{table}\n");
     if left_out > 0 {
         let _ = writeln!(text, "and {left_out} smaller sources in budget.csv");
     }
@@ -469,10 +455,9 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
 fn sweep_text(sweep: &Sweep) -> String {
     let mut text = String::new();
     for path in BudgetPath::ALL {
-        let mut table = ruled_table();
         let names = ROWS.iter().map(|row| format!("{}, {}", row.name, row.unit));
         let usable = ["usable".to_owned()];
-        table.set_header(sweep.keys.iter().cloned().chain(usable).chain(names));
+        let mut table = Ruled::new(sweep.keys.iter().cloned().chain(usable).chain(names));
         for point in &sweep.points {
             let Some(s) = point.paths.iter().find(|s| s.path == path) else {
                 continue;
@@ -480,7 +465,7 @@ fn sweep_text(sweep: &Sweep) -> String {
             let values = point.values.iter().map(ToString::to_string);
             let usable = [format!("{}/{}", s.usable, s.trials)];
             let rms = (0..6).map(|i| cell(s.rms.as_ref(), i));
-            table.add_row(values.chain(usable).chain(rms));
+            table.row(values.chain(usable).chain(rms));
         }
         let _ = writeln!(
             text,
@@ -488,7 +473,7 @@ fn sweep_text(sweep: &Sweep) -> String {
             path.name(),
             sweep.trials
         );
-        text.push_str(&right_aligned(table));
+        let _ = writeln!(text, "{table}");
     }
     text
 }

@@ -3,11 +3,9 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use comfy_table::{CellAlignment, Table};
-
-use super::text::ruled_table;
 use super::{ReportError, html, json};
 use crate::results::{NamedBudget, NamedFigures, NamedPath, NamedShare, write_whole};
+use crate::ruled::Ruled;
 
 /// Where the files are.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -112,10 +110,10 @@ pub fn summary(result: &NamedBudget) -> String {
             "\n{title}, {} of {} trials usable\n{}",
             together.usable,
             together.trials,
-            figures(result, path, together).trim_fmt()
+            figures(result, path, together)
         );
         if path.shares.len() > 1 {
-            let _ = writeln!(text, "{}", shares(result, path).trim_fmt());
+            let _ = writeln!(text, "{}", shares(result, path));
         }
     }
     for refusal in &result.refusals {
@@ -132,9 +130,8 @@ pub fn summary(result: &NamedBudget) -> String {
     text
 }
 
-fn figures(result: &NamedBudget, path: &NamedPath, together: &NamedFigures) -> Table {
-    let mut table = ruled_table();
-    table.set_header([
+fn figures(result: &NamedBudget, path: &NamedPath, together: &NamedFigures) -> Ruled {
+    let mut table = Ruled::new([
         "parameter",
         "bias",
         "standard deviation",
@@ -146,7 +143,7 @@ fn figures(result: &NamedBudget, path: &NamedPath, together: &NamedFigures) -> T
         |list: Option<&Vec<f64>>, i: usize| list.map_or_else(String::new, |list| short(list[i]));
     for (i, parameter) in result.parameters.iter().enumerate() {
         let honesty = path.honesty.as_ref();
-        table.add_row([
+        table.row([
             format!("{}, {}", parameter.name, parameter.unit),
             short(together.bias[i]),
             nth(together.standard_deviation.as_ref(), i),
@@ -155,14 +152,12 @@ fn figures(result: &NamedBudget, path: &NamedPath, together: &NamedFigures) -> T
             honesty.map_or_else(String::new, |h| format!("{:.3}", h.pull_rms[i])),
         ]);
     }
-    to_the_right(&mut table);
     table
 }
 
-fn shares(result: &NamedBudget, path: &NamedPath) -> Table {
-    let mut table = ruled_table();
+fn shares(result: &NamedBudget, path: &NamedPath) -> Ruled {
     let names = result.parameters.iter().map(|p| p.name.as_str());
-    table.set_header(["share of variance, %"].into_iter().chain(names));
+    let mut table = Ruled::new(["share of variance, %"].into_iter().chain(names));
     for share in &path.shares {
         let Some(parts) = share.share.as_ref().filter(|_| share.source != "nothing") else {
             continue;
@@ -170,15 +165,9 @@ fn shares(result: &NamedBudget, path: &NamedPath) -> Table {
         let title = result.sources.iter().find(|s| s.source == share.source);
         let title = title.map_or(share.source.clone(), |s| s.title.clone());
         let cells = parts.iter().map(|part| format!("{:.1}", 100.0 * part));
-        table.add_row([title].into_iter().chain(cells));
+        table.row([title].into_iter().chain(cells));
     }
-    to_the_right(&mut table);
     table
-}
-
-fn to_the_right(table: &mut Table) {
-    let columns = table.column_iter_mut().skip(1);
-    columns.for_each(|column| column.set_cell_alignment(CellAlignment::Right));
 }
 
 /// Three digits.

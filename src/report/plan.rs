@@ -3,12 +3,10 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use comfy_table::CellAlignment;
-
 use super::format::{ROWS, shown_figures as shown, three_digits as digits};
-use super::text::ruled_table;
 use super::{ReportError, html, json};
 use crate::results::{PlanResult, SixFigures, SweepValue, write_whole};
+use crate::ruled::Ruled;
 
 /// Steps that the terminal shows.
 const SHOWN: usize = 12;
@@ -157,17 +155,13 @@ fn sigmas<'a>(
     before: &[&str],
     rows: impl Iterator<Item = (Vec<String>, Option<&'a SixFigures>)>,
 ) -> String {
-    let mut table = ruled_table();
     let words = before.iter().map(|w| (*w).to_owned());
-    table.set_header(words.chain(ROWS.iter().map(|r| format!("{}, {}", r.name, r.unit))));
+    let numbers = ROWS.iter().map(|r| format!("{}, {}", r.name, r.unit));
+    let mut table = Ruled::new(words.chain(numbers)).texts(before.len());
     for (words, six) in rows {
-        table.add_row(words.into_iter().chain(cells(six)));
+        table.row(words.into_iter().chain(cells(six)));
     }
-    let numbers = table.column_iter_mut().skip(before.len());
-    numbers.for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    let mut text = table.trim_fmt();
-    text.push('\n');
-    text
+    format!("{table}\n")
 }
 
 fn state(result: &PlanResult) -> String {
