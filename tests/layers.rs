@@ -16,6 +16,7 @@ const FLOORS: [(&str, u8); 21] = [
     ("formats", 4),
     ("georef", 4),
     ("target", 5),
+    ("recorders", 5),
     ("matching", 5),
     ("simulate", 5),
     ("results", 6),
