@@ -60,7 +60,7 @@ impl GeodeticTrajectory {
         let [latitude_rad, longitude_rad, height_m] = columns(&position);
         let [roll_rad, pitch_rad, heading_rad] = columns(&attitude_rad);
         Self {
-            ellipsoid: Ellipsoid::WGS84,
+            ellipsoid: Ellipsoid::Wgs84,
             time_s,
             latitude_rad,
             longitude_rad,
