@@ -13,24 +13,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let survey = simulate(&scenario, 1)?;
     let campaign = from_arrays(&survey.campaign);
     let found = boresight::calibrate_arrays(&campaign, &survey.target, &survey.prior)?;
-    if let Some(refusal) = &found.refusal {
-        return Err(refusal.to_string().into());
+    let joint = found.solutions.joint.filter(|joint| joint.usable);
+    let joint = joint.ok_or(found.reason.unwrap_or_default())?;
+    println!("{:8} {:>12} {:>12} {:>10}", "", "before", "after", "sigma");
+    for p in &joint.parameters {
+        let shown = |value: Option<f64>| value.map_or_else(String::new, |v| format!("{v:.5}"));
+        let (before, after, sigma) = (shown(p.nominal), shown(p.value), shown(p.sigma));
+        println!(
+            "{:8} {before:>12} {after:>12} {sigma:>10} {}",
+            p.name, p.unit
+        );
     }
-    let joint = found.joint.ok_or("the joint path did not run")?;
-    let truth = survey.truth.lever_arm();
-    println!("lever arm      right  forward       up, metres");
-    for (name, arm) in [
-        ("nominal", campaign.sonar.lever_arm_m),
-        ("found", joint.mounting.lever_arm_m),
-        ("true", truth),
-    ] {
-        println!("{name:8} {:>11.4} {:>8.4} {:>8.4}", arm.x, arm.y, arm.z);
-    }
-    let sigma = joint.covariance.diagonal().map(f64::sqrt);
-    println!(
-        "{:8} {:>11.4} {:>8.4} {:>8.4}",
-        "sigma", sigma[3], sigma[4], sigma[5]
-    );
+    let arm = survey.truth.lever_arm();
+    println!("true lever arm {:.4} {:.4} {:.4} m", arm.x, arm.y, arm.z);
     Ok(())
 }
 

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
-use crate::calibrate::seam::{Checked, Finished, InputError, Settings, Simulated};
+use crate::calibrate::seam::{Checked, Finished, InputError, Settings, Simulated, provenance};
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::Campaign;
 use crate::procedures;
-use crate::procedures::pool::{self, JointConfig, PoolError, PoolInput, PoolOutcome};
+use crate::procedures::pool::summary::{self, Dropped};
+use crate::procedures::pool::{self, JointConfig, PoolInput, SequentialConfig};
+use crate::results::Calibration;
 use crate::target::Target;
 
 /// Calibrates a survey file by both paths, whichever procedure it names. Writes nothing.
@@ -78,28 +80,33 @@ pub fn simulate(
 /// let soundings = Soundings::from_arrays(ping_s, across_rad, range_m);
 /// let campaign = Campaign::new(trajectory, (scanner, laser), (sonar, soundings));
 /// let found = boresight::calibrate_arrays(&campaign, &target, &pose)?;
-/// println!("{:?}", found.joint.map(|joint| joint.mounting));
+/// println!("{:?}", found.solutions.joint.map(|joint| joint.parameters));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// `examples/arrays.rs` is a whole program.
 ///
 /// # Errors
-/// [`PoolError`] when the observations cannot be worked with at all; a calibration without a usable result is an outcome.
-pub fn calibrate_arrays<'a>(
-    campaign: &'a Campaign,
-    target: &'a Target,
-    pose: &'a TargetPose,
-) -> Result<PoolOutcome<'a>, PoolError> {
-    let (sequential, joint) = (pool::SequentialConfig::default(), JointConfig::default());
+/// [`InputError`] when the observations cannot be worked with at all; a calibration without a usable result is no error.
+pub fn calibrate_arrays(
+    campaign: &Campaign,
+    target: &Target,
+    pose: &TargetPose,
+) -> Result<Calibration, InputError> {
+    let settings = Settings::default();
+    let (sequential, joint) = (SequentialConfig::default(), JointConfig::default());
     let input = PoolInput {
         campaign,
         target,
         prior: pose,
-        method: pool::Method::Both,
+        method: settings.method,
         sequential: &sequential,
         joint: &joint,
-        seed: Settings::default().seed(),
+        seed: settings.seed(),
     };
-    pool::calibrate(&input, &|_| {})
+    let outcome = pool::calibrate(&input, &|_| {}).map_err(InputError::unworkable)?;
+    let configuration = serde_json::json!({ "sequential": sequential, "joint": joint });
+    let provenance = provenance(&configuration, &[], &settings)?;
+    let dropped = Dropped::default();
+    Ok(summary::result(&outcome, &input, dropped, &[], provenance)?)
 }

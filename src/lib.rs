@@ -61,7 +61,7 @@ pub mod prelude {
         Campaign, GeodeticTrajectory, LaserCoordinates, LaserNoise, LaserScan, Mounting,
         MountingSigma, SonarNoise, SoundSpeed, SoundingRange, Soundings, TrajectoryNoise,
     };
-    pub use crate::procedures::pool::{PoolError, PoolOutcome};
+    pub use crate::results::{Calibration, Parameter, Solution};
     pub use crate::target::{Target, TargetModel, WallModel};
 }
 
