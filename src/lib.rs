@@ -24,7 +24,10 @@
 pub mod adjust;
 pub mod budget;
 pub mod calibrate;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
+mod doors;
 pub mod files;
 pub mod formats;
 pub mod geometry;
@@ -41,6 +44,27 @@ pub mod stats;
 pub mod survey;
 pub mod target;
 pub mod units;
+
+pub use calibrate::seam::{
+    Checked, Finished, InputError, Loaded, Procedure, ScenarioRun, Settings, Simulated,
+};
+pub use doors::{calibrate, calibrate_arrays, calibrate_with, check, simulate};
+/// The linear algebra of every matrix and vector in this library's signatures.
+pub use nalgebra;
+
+/// What a program that calibrates from arrays needs.
+pub mod prelude {
+    pub use crate::calibrate::choices::Method;
+    pub use crate::calibrate::seam::{Finished, InputError, Settings};
+    pub use crate::geometry::ellipsoid::TargetPose;
+    pub use crate::geometry::{Ellipsoid, Geodetic};
+    pub use crate::observe::{
+        Campaign, GeodeticTrajectory, LaserCoordinates, LaserNoise, LaserScan, Mounting,
+        MountingSigma, SonarNoise, SoundSpeed, SoundingRange, Soundings, TrajectoryNoise,
+    };
+    pub use crate::results::{Calibration, Parameter, Solution};
+    pub use crate::target::{Target, TargetModel, WallModel};
+}
 
 /// The code in `docs/` compiles and runs as tests.
 #[cfg(doctest)]

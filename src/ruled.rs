@@ -7,13 +7,14 @@
 //! ```
 
 use std::fmt;
+use std::ops::Range;
 
-/// A table whose first columns are text, aligned left, and whose others are numbers, aligned right.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// A table of columns with text, aligned left, and columns with numbers, aligned right.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ruled {
     header: Vec<String>,
     rows: Vec<Vec<String>>,
-    texts: usize,
+    numbers: Range<usize>,
 }
 
 impl Ruled {
@@ -22,15 +23,21 @@ impl Ruled {
         Self {
             header: header.into_iter().map(Into::into).collect(),
             rows: vec![],
-            texts: 1,
+            numbers: 1..usize::MAX,
         }
     }
 
-    /// The same with so many columns of text.
+    /// The same with so many columns of text before the numbers.
     #[must_use]
     pub fn texts(self, columns: usize) -> Self {
+        self.numbers(columns..usize::MAX)
+    }
+
+    /// The same with numbers in these columns and text in the others.
+    #[must_use]
+    pub fn numbers(self, columns: Range<usize>) -> Self {
         Self {
-            texts: columns,
+            numbers: columns,
             ..self
         }
     }
@@ -55,10 +62,10 @@ impl Ruled {
         let cells = widths.iter().enumerate().map(|(k, &width)| {
             let cell = row.get(k).map_or("", String::as_str);
             let blank = " ".repeat(width - length(cell));
-            if k < self.texts {
-                format!(" {cell}{blank} ")
-            } else {
+            if self.numbers.contains(&k) {
                 format!(" {blank}{cell} ")
+            } else {
+                format!(" {cell}{blank} ")
             }
         });
         let line = cells.collect::<Vec<_>>().join(" ");
@@ -104,5 +111,8 @@ mod tests {
         assert_eq!(lines[3], " long name     1      22");
         assert_eq!(lines[4], " b           333");
         assert_eq!(lines.len(), 6);
+        let mut ends = Ruled::new(["a", "b", "c"]).numbers(1..2);
+        ends.row(["x", "1", "words"]);
+        assert!(ends.to_string().contains(" x   1   words"));
     }
 }

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 /// Floor of every top-level module; the table of the architecture page.
-const FLOORS: [(&str, u8); 21] = [
+const FLOORS: [(&str, u8); 22] = [
     ("ruled", 0),
     ("units", 0),
     ("stats", 0),
@@ -27,8 +27,9 @@ const FLOORS: [(&str, u8); 21] = [
     ("procedures", 8),
     ("budget", 9),
     ("report", 9),
-    ("cli", 10),
-    ("main", 11),
+    ("doors", 10),
+    ("cli", 11),
+    ("main", 12),
 ];
 
 /// Neighbours on one floor of which the first builds on the second; never the other way round.
@@ -61,7 +62,9 @@ const NARROWER: [(&str, &[&str]); 4] = [
     ),
     (
         "report",
-        &["units", "stats", "files", "geometry", "adjust", "results"],
+        &[
+            "ruled", "units", "stats", "files", "geometry", "adjust", "results",
+        ],
     ),
 ];
 

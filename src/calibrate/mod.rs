@@ -2,6 +2,7 @@
 
 pub mod choices;
 pub mod conventions;
+pub mod driver;
 pub mod metric;
 pub mod quality;
 pub mod seam;

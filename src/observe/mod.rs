@@ -1,5 +1,6 @@
 //! What instruments say: trajectory, laser scan, soundings, sound speed, and the rig that carries them.
 
+mod arrays;
 pub mod campaign;
 pub mod laser;
 pub mod rail;

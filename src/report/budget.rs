@@ -3,17 +3,16 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use comfy_table::CellAlignment;
 use serde::Serialize;
 
 use super::format::{finer, four_digits as digits};
-use super::text::ruled_table;
 use super::{ReportError, html, json};
 use crate::files::land;
 use crate::results::{
     BudgetParameter, BudgetResult, Figures, Interval, JOINT, Origin, PathBudget, PathStatistics,
     SourceShare, Sweep,
 };
+use crate::ruled::Ruled;
 
 /// Sources that the terminal shows of each path.
 const SHOWN: usize = 5;
@@ -307,8 +306,7 @@ fn predicted_text(result: &BudgetResult, path: &PathBudget) -> String {
         return String::new();
     };
     let mut text = format!("\n{}, by propagation\n", title(path));
-    let mut table = ruled_table();
-    table.set_header([
+    let mut table = Ruled::new([
         "parameter",
         "bias",
         "standard deviation",
@@ -317,7 +315,7 @@ fn predicted_text(result: &BudgetResult, path: &PathBudget) -> String {
     ]);
     for (i, head) in heads(result).enumerate() {
         let efficiency = nth(path.efficiency.as_ref(), i);
-        table.add_row([
+        table.row([
             head,
             cell(result, predicted.bias.as_ref(), i),
             cell(result, predicted.standard_deviation.as_ref(), i),
@@ -325,7 +323,7 @@ fn predicted_text(result: &BudgetResult, path: &PathBudget) -> String {
             efficiency.map_or_else(|| "-".to_owned(), |e| format!("{e:.3}")),
         ]);
     }
-    text.push_str(&right_aligned(table));
+    let _ = writeln!(text, "{table}");
     if let Some(first) = path.agreement.first() {
         let all: usize = path.agreement.iter().map(|a| a.variance_ratio.len()).sum();
         let outside: usize = path.agreement.iter().map(|a| a.outside.len()).sum();
@@ -355,20 +353,9 @@ fn predicted_text(result: &BudgetResult, path: &PathBudget) -> String {
     text
 }
 
-fn right_aligned(mut table: comfy_table::Table) -> String {
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    let mut text = table.trim_fmt();
-    text.push('\n');
-    text
-}
-
 fn statistics_table(result: &BudgetResult, s: &PathStatistics) -> String {
     let reported = s.reported.as_ref();
     let sigma = reported.and_then(|r| r.standard_deviation.as_ref());
-    let mut table = ruled_table();
     let mut header = vec![
         "parameter",
         "bias",
@@ -379,7 +366,7 @@ fn statistics_table(result: &BudgetResult, s: &PathStatistics) -> String {
     if reported.is_some() {
         header.extend(["reported sigma", "pull RMS"]);
     }
-    table.set_header(header);
+    let mut table = Ruled::new(header);
     for (i, head) in heads(result).enumerate() {
         let mut line = vec![
             head,
@@ -392,9 +379,9 @@ fn statistics_table(result: &BudgetResult, s: &PathStatistics) -> String {
             line.push(cell(result, sigma, i));
             line.push(format!("{:.3}", reported.pull_rms[i]));
         }
-        table.add_row(line);
+        table.row(line);
     }
-    right_aligned(table)
+    format!("{table}\n")
 }
 
 fn honesty(s: &PathStatistics) -> String {
@@ -439,13 +426,12 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     let left_out = sources.len().saturating_sub(SHOWN);
     sources.truncate(SHOWN);
     sources.extend(path.shares.iter().filter(is_rest));
-    let mut table = ruled_table();
     let names = result.parameters.iter().map(|p| p.name.clone());
     let heading = match origin {
         Origin::MonteCarlo => "share of variance (trials), %",
         Origin::Analytic => "share of variance (analytic), %",
     };
-    table.set_header([heading.to_owned()].into_iter().chain(names));
+    let mut table = Ruled::new([heading.to_owned()].into_iter().chain(names));
     for share in sources {
         let described = result.sources.iter().find(|s| s.source == share.source);
         let title = described.map_or(share.source.as_str(), |s| s.title.as_str());
@@ -454,9 +440,9 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
             part.map_or_else(|| "-".to_owned(), |part| format!("{:.1}", 100.0 * part))
         };
         let parts = (0..result.parameters.len()).map(percent);
-        table.add_row([title.to_owned()].into_iter().chain(parts));
+        table.row([title.to_owned()].into_iter().chain(parts));
     }
-    let mut text = right_aligned(table);
+    let mut text = format!("{table}\n");
     if left_out > 0 {
         let _ = writeln!(text, "and {left_out} smaller sources in budget.csv");
     }
@@ -466,10 +452,9 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
 fn sweep_text(result: &BudgetResult, sweep: &Sweep) -> String {
     let mut text = String::new();
     for path in result.paths.iter().map(|p| &p.path) {
-        let mut table = ruled_table();
         let usable = ["usable".to_owned()];
         let keys = sweep.keys.iter().cloned();
-        table.set_header(keys.chain(usable).chain(heads(result)));
+        let mut table = Ruled::new(keys.chain(usable).chain(heads(result)));
         for point in &sweep.points {
             let Some(s) = point.paths.iter().find(|s| s.path == *path) else {
                 continue;
@@ -478,14 +463,14 @@ fn sweep_text(result: &BudgetResult, sweep: &Sweep) -> String {
             let usable = [format!("{}/{}", s.usable, s.trials)];
             let all = 0..result.parameters.len();
             let rms = all.map(|i| cell(result, s.rms.as_ref(), i));
-            table.add_row(values.chain(usable).chain(rms));
+            table.row(values.chain(usable).chain(rms));
         }
         let _ = writeln!(
             text,
             "\nSweep, {path}: RMS error, {} trials at each point under the same seeds",
             sweep.trials
         );
-        text.push_str(&right_aligned(table));
+        let _ = writeln!(text, "{table}");
     }
     text
 }

@@ -3,13 +3,11 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use comfy_table::CellAlignment;
-
 use super::format::{finer, three_digits as digits};
-use super::text::ruled_table;
 use super::{ReportError, html, json};
 use crate::files::land;
 use crate::results::{BudgetParameter, Figures, PlanResult, SweepValue};
+use crate::ruled::Ruled;
 
 /// Steps that the terminal shows.
 const SHOWN: usize = 12;
@@ -173,20 +171,15 @@ fn sigmas<'a>(
     before: &[&str],
     rows: impl Iterator<Item = (Vec<String>, Option<&'a Figures>)>,
 ) -> String {
-    let mut table = ruled_table();
     let words = before.iter().map(|w| (*w).to_owned());
     let parameters = result.parameters.iter();
     let heads = parameters.map(|p| format!("{}, {}", p.name, finer(&p.unit).0));
-    table.set_header(words.chain(heads));
+    let mut table = Ruled::new(words.chain(heads)).texts(before.len());
     for (words, figures) in rows {
         let cells = (0..result.parameters.len()).map(|i| cell(result, figures, i));
-        table.add_row(words.into_iter().chain(cells));
+        table.row(words.into_iter().chain(cells));
     }
-    let numbers = table.column_iter_mut().skip(before.len());
-    numbers.for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    let mut text = table.trim_fmt();
-    text.push('\n');
-    text
+    format!("{table}\n")
 }
 
 fn state(result: &PlanResult) -> String {

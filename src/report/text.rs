@@ -6,8 +6,8 @@ use super::headline::{difference, headline};
 use crate::results::{
     AgainstTruth, Calibration, Page, Parameter, Quality, SensorCounts, Solution, TextTable,
 };
+use crate::ruled::Ruled;
 use crate::units::with_sigma;
-use comfy_table::{CellAlignment, LineStyle, Table, presets};
 
 /// Widest line, columns.
 const WIDTH: usize = 80;
@@ -37,22 +37,6 @@ pub fn summary(result: &Calibration, page: &Page) -> String {
     filled.collect::<Vec<_>>().join("\n\n") + "\n"
 }
 
-/// An empty table for the terminal with lines above, below and under its header only.
-#[must_use]
-pub fn ruled_table() -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY.row_separator(LineStyle::none()));
-    table
-}
-
-/// Names to the left, everything else to the right.
-fn aligned(mut table: Table) -> String {
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.trim_fmt()
-}
-
 /// Broken between words; lines after the first are indented.
 fn wrapped(sentence: &str) -> String {
     let mut lines = vec![String::new()];
@@ -71,10 +55,9 @@ fn wrapped(sentence: &str) -> String {
 }
 
 fn values(card: &Card) -> String {
-    let mut table = ruled_table();
-    table.set_header(["", "before", "after", "sigma", "positive"]);
+    let mut table = Ruled::new(["", "before", "after", "sigma", "positive"]).numbers(1..4);
     for row in &card.rows {
-        table.add_row([
+        table.row([
             titled(&row.name, &row.unit),
             row.before.clone(),
             row.after.clone(),
@@ -82,11 +65,8 @@ fn values(card: &Card) -> String {
             row.positive.clone(),
         ]);
     }
-    for column in table.column_iter_mut().skip(1).take(3) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
     let from = words(card.solution);
-    format!("Enter these values ({from} solution)\n{}", table.trim_fmt())
+    format!("Enter these values ({from} solution)\n{table}")
 }
 
 fn titled(name: &str, unit: &str) -> String {
@@ -117,8 +97,7 @@ fn corrections(result: &Calibration) -> String {
     if result.comparison.is_some() {
         header.push("diff., sigmas".to_owned());
     }
-    let mut table = ruled_table();
-    table.set_header(header);
+    let mut table = Ruled::new(header);
     for parameter in &widest.parameters {
         let mut row = vec![titled(&parameter.name, &parameter.unit)];
         row.extend(
@@ -130,9 +109,9 @@ fn corrections(result: &Calibration) -> String {
             let own = c.differences.iter().find(|d| d.name == parameter.name);
             own.map_or_else(String::new, |d| format!("{:.1}", d.in_joint_sigmas))
         }));
-        table.add_row(row);
+        table.row(row);
     }
-    aligned(table)
+    table.to_string()
 }
 
 /// The solution that is for research: its sigmas are too small, and three columns with sigmas do not fit.
@@ -178,12 +157,11 @@ fn ends(result: &Calibration) -> String {
 fn own(of: &TextTable) -> String {
     let mut parts = vec![];
     if !of.rows.is_empty() {
-        let mut table = ruled_table();
-        table.set_header(&of.header);
+        let mut table = Ruled::new(&of.header);
         for row in &of.rows {
-            table.add_row(row);
+            table.row(row);
         }
-        parts.push(aligned(table));
+        parts.push(table.to_string());
     }
     parts.extend(of.lines.iter().map(|line| wrapped(line)));
     parts.join("\n")
@@ -259,8 +237,7 @@ pub fn against_truth(found: &AgainstTruth) -> String {
     }
     let mut header = vec!["error against the truth", "reference", "joint", "in sigmas"];
     header.extend(simple.then_some("simple joint"));
-    let mut table = ruled_table();
-    table.set_header(header);
+    let mut table = Ruled::new(header);
     for row in &found.rows {
         let number = |v: Option<f64>| v.map_or_else(String::new, |v| signed(v, &row.unit));
         let sigmas = row
@@ -273,9 +250,9 @@ pub fn against_truth(found: &AgainstTruth) -> String {
             sigmas,
         ];
         cells.extend(simple.then(|| number(row.joint_simple)));
-        table.add_row(cells);
+        table.row(cells);
     }
-    aligned(table)
+    table.to_string()
 }
 
 fn signed(value: f64, unit: &str) -> String {

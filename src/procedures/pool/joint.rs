@@ -18,13 +18,14 @@ use super::planes::{self, GroupPlanes};
 use super::scene::Scene;
 use super::ties::TieSet;
 use crate::adjust::{
-    AdjustError, BlockId, Estimate, Observability, ParameterSet, Quality, Solution, Status,
-    VarianceComponent, solve,
+    AdjustError, BlockId, Estimate, Observability, ParameterSet, Problem, Quality, Solution,
+    Status, VarianceComponent,
 };
+use crate::calibrate::driver::{self, Model, Next, Pass, Schedule};
 use crate::geometry::plane::Plane;
 use crate::matching::Patches;
 use crate::observe::Mounting;
-use round::{Frame, passing, six_covariance};
+use round::{Frame, Ties};
 use unknowns::parameters;
 
 /// Names of the six parameters in the order of every covariance.
@@ -203,49 +204,97 @@ pub fn run(
         epochs: &epochs,
         blocks: &blocks,
     };
-    let mut estimate = Estimate::new(parameters);
-    let mut ties = frame.first_ties();
-    let mut rounds: Vec<Round> = vec![];
-    loop {
-        progress(&format!(
+    let mut path = Path {
+        frame,
+        surfaces,
+        start: parameters,
+        rounds: vec![],
+        progress,
+    };
+    let solved = driver::run(&mut path)?;
+    path.frame.ended(solved, path.rounds)
+}
+
+/// The joint path as the driver runs it.
+struct Path<'a> {
+    frame: Frame<'a>,
+    surfaces: &'a mut Surfaces,
+    start: ParameterSet,
+    rounds: Vec<Round>,
+    progress: &'a (dyn Fn(&str) + Sync),
+}
+
+impl Path<'_> {
+    fn tell(&self, ties: &Ties) {
+        (self.progress)(&format!(
             "joint path: round {}, {} soundings tied",
-            rounds.len() + 1,
+            self.rounds.len() + 1,
             ties.soundings.ties.len()
         ));
-        let before = blocks.mounting.at(&estimate.parameters);
-        let thinned = (rounds.is_empty() && ties.are_many()).then(|| ties.thinned());
-        let used = thinned.as_ref().unwrap_or(&ties);
-        let solution = frame.with_problem(used, &estimate.parameters.clone(), |problem| {
-            solve(problem, estimate, &passing(config))
-        })?;
+    }
+}
+
+impl Model for Path<'_> {
+    type Ties = Ties;
+
+    fn begin(&mut self) -> Result<(Estimate, Ties), AdjustError> {
+        let ties = self.frame.first_ties();
+        self.tell(&ties);
+        Ok((Estimate::new(self.start.clone()), ties))
+    }
+
+    fn schedule(&self) -> Schedule {
+        self.frame.schedule()
+    }
+
+    fn with_problem<T>(
+        &self,
+        ties: &Ties,
+        from: &ParameterSet,
+        then: impl FnOnce(&Problem) -> T,
+    ) -> T {
+        self.frame.with_problem(ties, from, then)
+    }
+
+    fn thinned(&self, round: usize, ties: &Ties) -> Option<Ties> {
+        (round == 0 && ties.are_many()).then(|| ties.thinned())
+    }
+
+    /// The ties are at rest when few of them changed or the parameters hardly moved, and none was left out.
+    fn next(&mut self, pass: &Pass<'_, Ties>) -> Next<Ties> {
+        let (solution, ties) = (pass.solution, pass.ties);
         if !solution.status.was_successful() && solution.status != Status::Stalled {
-            return Ok(frame.outcome(solution, ties, rounds, false, None));
+            return Next::End(None);
         }
-        let covariance = six_covariance(&solution, &blocks);
-        let step = step_in_sigmas(
-            &blocks.mounting.at(&solution.estimate.parameters),
-            &before,
-            &covariance,
-        );
-        surfaces.moved(scene, &blocks, &solution.estimate.parameters);
-        let again = frame.associate(surfaces, &solution.estimate);
+        let again = self.tie_again(&solution.estimate);
         let reassigned = again.soundings.changed_from(&ties.soundings);
         let all = reassigned + again.returns.changed_from(&ties.returns);
-        rounds.push(Round {
+        let step = self.frame.step_in_sigmas(solution, pass.before);
+        self.rounds.push(Round {
             inner: solution.iterations.len(),
             cost: solution.cost,
             largest_step_in_sigma: step,
             reassigned,
         });
         let few = (ties.soundings.ties.len() + ties.returns.ties.len()) / STABLE_SHARE;
-        let settled = all <= few || (step < STABLE_SIGMAS && rounds.len() > 1);
-        let stable = settled && thinned.is_none();
-        if stable || rounds.len() >= MOST_ROUNDS {
-            progress("joint path: data snooping and quality");
-            return frame.judged(solution, again, rounds, stable);
+        let settled = all <= few || (step < STABLE_SIGMAS && self.rounds.len() > 1);
+        let stable = settled && !pass.thinned;
+        if stable || self.rounds.len() >= MOST_ROUNDS {
+            (self.progress)("joint path: data snooping and quality");
+            let ties = Some(again);
+            return Next::Rest { ties, stable };
         }
-        ties = again;
-        estimate = solution.estimate;
+        self.tell(&again);
+        Next::Again(again)
+    }
+}
+
+impl Path<'_> {
+    /// Moves the faces onto the adjusted planes and ties everything to them.
+    fn tie_again(&mut self, estimate: &Estimate) -> Ties {
+        let (scene, blocks) = (self.frame.scene, self.frame.blocks);
+        self.surfaces.moved(scene, blocks, &estimate.parameters);
+        self.frame.associate(self.surfaces, estimate)
     }
 }
 
@@ -274,15 +323,4 @@ impl Surfaces {
         planes::apply(&mut self.laser, scene, &planes);
         planes::apply(&mut self.sonar, scene, &planes);
     }
-}
-
-/// Largest difference of two mountings in the sigma of each parameter.
-fn step_in_sigmas(now: &Mounting, before: &Mounting, covariance: &Matrix6<f64>) -> f64 {
-    let turn = now.correction_from(before);
-    let arm = now.lever_arm_m - before.lever_arm_m;
-    (0..6)
-        .map(|i| {
-            (if i < 3 { turn[i] } else { arm[i - 3] }).abs() / covariance[(i, i)].sqrt().max(1e-12)
-        })
-        .fold(0.0, f64::max)
 }

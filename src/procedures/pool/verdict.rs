@@ -10,14 +10,13 @@ use super::run::{Method, PoolInput, PoolOutcome};
 use super::scene::{RoughMounting, Scene};
 use super::ties::TieSet;
 use crate::adjust::{AdjustError, Status};
+use crate::calibrate::driver::ABSURD_VARIANCE_FACTOR;
 use crate::target::Role;
 
 /// Smallest share of the laser points near the target that lies on its faces.
 const LEAST_LASER_FIT: f64 = 0.25;
 /// Smallest share of the soundings near the target that lies on its faces.
 const LEAST_SONAR_FIT: f64 = 0.06;
-/// A variance factor above this is absurd: three times the stated sigmas.
-const ABSURD_VARIANCE_FACTOR: f64 = 9.0;
 /// Fewest soundings of a joint adjustment.
 const LEAST_TIES: usize = 50;
 

@@ -7,9 +7,10 @@ use super::config::RailJointConfig;
 use super::model::{Blocks, Turned, chain, parameters};
 use super::scene::RailScene;
 use crate::adjust::{
-    AdjustError, ChainModel, Estimate, Kernel, Limits, Observability, Options, Problem, Quality,
-    QualityOptions, Solution, Source, Status, observability, snoop, solve,
+    AdjustError, ChainModel, Estimate, Kernel, Limits, Observability, Options, ParameterSet,
+    Problem, Quality, QualityOptions, Solution, Source, Status,
 };
+use crate::calibrate::driver::{self, Model, Next, Pass, Schedule, Solved};
 use crate::observe::Mounting;
 
 /// Gates of the first rounds, metres: the start knows neither heading nor pitch.
@@ -72,13 +73,17 @@ pub enum Suspect {
     Attitude(u32),
 }
 
-/// What stays the same over the rounds.
-struct Frame<'a> {
+/// The joint path as the driver runs it.
+struct Path<'a> {
     scene: &'a RailScene<'a>,
     config: &'a RailJointConfig,
     blocks: Blocks,
     chain: ChainModel,
     recorded: Vec<u32>,
+    start: Estimate,
+    rounds: Vec<Round>,
+    /// Ties of the round to come that the round before did not have.
+    changed: usize,
 }
 
 /// Runs the joint path from a start for every profiler's mounting.
@@ -91,55 +96,18 @@ pub fn joint(
     start: &[Mounting],
 ) -> Result<RailJoint, AdjustError> {
     let (set, blocks) = parameters(scene, start)?;
-    let frame = Frame {
+    let mut path = Path {
         chain: chain(scene)?,
         recorded: recorded(scene),
+        start: Estimate::new(set),
+        rounds: vec![],
+        changed: 0,
         scene,
         config,
         blocks,
     };
-    let (mut estimate, mut ties, mut rounds) = (Estimate::new(set), vec![], vec![]);
-    let passing = Options {
-        kernel: Kernel::Huber { k: PASSING_SIGMAS },
-        robust_covariance: false,
-        step_tolerance_sigmas: 0.02,
-        ..config.options()
-    };
-    let mut stable = false;
-    for round in 0..config.max_rounds as usize {
-        let gate_m = frame.gate_m(round);
-        let now = frame.associate(&estimate, gate_m);
-        if 2 * now.len() < ties.len() {
-            break; // the last adjustment ran away along a direction that the data do not determine
-        }
-        let changed = changed(&ties, &now);
-        let last = round >= FIRST_GATES_M.len();
-        ties = now;
-        if last && changed == 0 {
-            stable = true;
-            break;
-        }
-        let solution =
-            frame.with_problem(&ties, |problem| solve(problem, estimate.clone(), &passing))?;
-        let iterations: Vec<_> = solution
-            .iterations
-            .iter()
-            .map(|r| (r.cost, r.step_sigmas))
-            .collect();
-        stable = last && iterations.first().is_some_and(|i| i.1 < STILL_SIGMAS);
-        rounds.push(Round {
-            gate_m,
-            ties: ties.len(),
-            changed,
-            iterations,
-        });
-        let singular = matches!(solution.status, Status::RankDeficient { .. });
-        estimate = solution.estimate;
-        if stable || singular {
-            break;
-        }
-    }
-    frame.judged(estimate, ties, rounds, stable)
+    let solved = driver::run(&mut path)?;
+    path.outcome(solved)
 }
 
 /// Ties that are new or on another element.
@@ -154,7 +122,7 @@ fn changed(before: &[Tie], now: &[Tie]) -> usize {
     (now.len() - kept).max(before.len() - kept)
 }
 
-impl Frame<'_> {
+impl Path<'_> {
     fn gate_m(&self, round: usize) -> f64 {
         let sigmas = self.scene.campaign.profilers.iter();
         let largest = sigmas
@@ -191,7 +159,83 @@ impl Frame<'_> {
         scene.points.iter().filter_map(tie).collect()
     }
 
-    fn with_problem<T>(&self, ties: &[Tie], then: impl FnOnce(&Problem) -> T) -> T {
+    /// Named in the words of the rail; points that data snooping switched off are taken out.
+    fn outcome(self, solved: Solved<Vec<Tie>>) -> Result<RailJoint, AdjustError> {
+        let Solved {
+            solution,
+            mut ties,
+            stable,
+            judged,
+        } = solved;
+        let judged = judged.ok_or(AdjustError::TooFew {
+            conditions: ties.len(),
+            unknowns: self.blocks.sought(),
+        })?;
+        let suspect = |w: &crate::adjust::ConditionQuality| match w.set {
+            0 => Suspect::Point(ties[w.condition].row),
+            _ => Suspect::Attitude(self.recorded[w.condition / 3]),
+        };
+        let worst = judged.quality.worst.iter().map(suspect).collect();
+        if let Some(mask) = judged.ignored.first() {
+            let mut off = mask.iter();
+            ties.retain(|_| !off.next().copied().unwrap_or(false));
+        }
+        let (x, sought) = (&solution.estimate.parameters, self.blocks.sought());
+        let profilers = 0..self.blocks.mountings.len();
+        let covariance = solution.cofactor.view((0, 0), (sought, sought));
+        Ok(RailJoint {
+            mountings: profilers.map(|p| self.blocks.mounting(x, p)).collect(),
+            covariance: covariance.into_owned(),
+            observability: judged.observability,
+            snooped: judged.removed,
+            quality: judged.quality,
+            solution,
+            blocks: self.blocks,
+            ties,
+            rounds: self.rounds,
+            stable,
+            worst,
+        })
+    }
+}
+
+impl Model for Path<'_> {
+    type Ties = Vec<Tie>;
+
+    fn begin(&mut self) -> Result<(Estimate, Vec<Tie>), AdjustError> {
+        let ties = self.associate(&self.start, self.gate_m(0));
+        self.changed = ties.len();
+        Ok((self.start.clone(), ties))
+    }
+
+    fn schedule(&self) -> Schedule {
+        Schedule {
+            passing: Options {
+                kernel: Kernel::Huber { k: PASSING_SIGMAS },
+                robust_covariance: false,
+                step_tolerance_sigmas: 0.02,
+                ..self.config.options()
+            },
+            last: self.config.options(),
+            quality: QualityOptions {
+                worst: WORST,
+                ..QualityOptions::default()
+            },
+            most_snoops: MOST_SNOOPS,
+            limits: Limits {
+                radian: self.config.max_sigma_deg.to_radians(),
+                metre: self.config.max_sigma_m,
+                ..Limits::default()
+            },
+        }
+    }
+
+    fn with_problem<T>(
+        &self,
+        ties: &Vec<Tie>,
+        _: &ParameterSet,
+        then: impl FnOnce(&Problem) -> T,
+    ) -> T {
         let (scene, blocks) = (self.scene, &self.blocks);
         let points = PointConditions {
             scene,
@@ -211,63 +255,34 @@ impl Frame<'_> {
         then(&Problem::with_chain(sources, &self.chain))
     }
 
-    /// Data snooping from the stable solution, then the judgement.
-    fn judged(
-        self,
-        estimate: Estimate,
-        mut ties: Vec<Tie>,
-        rounds: Vec<Round>,
-        stable: bool,
-    ) -> Result<RailJoint, AdjustError> {
-        let options = QualityOptions {
-            worst: WORST,
-            ..QualityOptions::default()
-        };
-        let found = self.with_problem(&ties, |problem| {
-            snoop(
-                problem,
-                estimate,
-                &self.config.options(),
-                &options,
-                MOST_SNOOPS,
-            )
-        })?;
-        let suspect = |w: &crate::adjust::ConditionQuality| match w.set {
-            0 => Suspect::Point(ties[w.condition].row),
-            _ => Suspect::Attitude(self.recorded[w.condition / 3]),
-        };
-        let worst = found.quality.worst.iter().map(suspect).collect();
-        if let Some(mask) = found.ignored.first() {
-            let mut off = mask.iter();
-            ties.retain(|_| !off.next().copied().unwrap_or(false));
+    /// The ties are at rest when none changed, or when the adjustment hardly moved whatever ties changed.
+    fn next(&mut self, pass: &Pass<'_, Vec<Tie>>) -> Next<Vec<Tie>> {
+        let (next, solution) = (pass.round + 1, pass.solution);
+        let iterations = solution.iterations.iter();
+        let iterations: Vec<_> = iterations.map(|r| (r.cost, r.step_sigmas)).collect();
+        let narrow = |round: usize| round >= FIRST_GATES_M.len();
+        let first_step = iterations.first().map(|i| i.1);
+        let stable = narrow(pass.round) && first_step.is_some_and(|step| step < STILL_SIGMAS);
+        self.rounds.push(Round {
+            gate_m: self.gate_m(pass.round),
+            ties: pass.ties.len(),
+            changed: self.changed,
+            iterations,
+        });
+        let singular = matches!(solution.status, Status::RankDeficient { .. });
+        if stable || singular || next >= self.config.max_rounds as usize {
+            return Next::Rest { ties: None, stable };
         }
-        let (x, sought) = (&found.solution.estimate.parameters, self.blocks.sought());
-        Ok(RailJoint {
-            mountings: (0..self.blocks.mountings.len())
-                .map(|p| self.blocks.mounting(x, p))
-                .collect(),
-            covariance: found
-                .solution
-                .cofactor
-                .view((0, 0), (sought, sought))
-                .into_owned(),
-            observability: observability(&found.solution, &self.limits()),
-            snooped: found.removed.len(),
-            quality: found.quality,
-            solution: found.solution,
-            blocks: self.blocks,
-            ties,
-            rounds,
-            stable,
-            worst,
-        })
-    }
-
-    fn limits(&self) -> Limits {
-        Limits {
-            radian: self.config.max_sigma_deg.to_radians(),
-            metre: self.config.max_sigma_m,
-            ..Limits::default()
+        let now = self.associate(&solution.estimate, self.gate_m(next));
+        if 2 * now.len() < pass.ties.len() {
+            // the adjustment ran away along a direction that the data do not determine
+            return Next::Rest { ties: None, stable };
         }
+        self.changed = changed(pass.ties, &now);
+        if narrow(next) && self.changed == 0 {
+            let (ties, stable) = (Some(now), true);
+            return Next::Rest { ties, stable };
+        }
+        Next::Again(now)
     }
 }

@@ -7,11 +7,10 @@ use super::joint::RailJoint;
 use super::model::{SOUGHT, SOUGHT_NAMES};
 use super::scene::RailScene;
 use crate::adjust::{AdjustError, Status};
+use crate::calibrate::driver::ABSURD_VARIANCE_FACTOR;
 
 /// Fewest points of a profiler.
 const LEAST_TIES: usize = 50;
-/// A variance factor above this is absurd: three times the stated sigmas.
-const ABSURD_VARIANCE_FACTOR: f64 = 9.0;
 
 /// Why there is no usable result.
 #[derive(Clone, Debug, PartialEq)]

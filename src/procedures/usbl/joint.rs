@@ -9,8 +9,9 @@ use super::start;
 use crate::adjust::{
     AdjustError, Block, BlockId, ChainModel, Component, Estimate, Kernel, Limits, Observability,
     Options, ParameterSet, Problem, Process, ProcessKind, Quality, QualityOptions, Solution,
-    Source, Status, Unit, observability, snoop, solve,
+    Source, Status, Unit,
 };
+use crate::calibrate::driver::{self, Model, Next, Pass, Schedule, Solved};
 use crate::observe::usbl::{ControlPoint, Role};
 
 /// Names of the mounting's parameters, first in every covariance.
@@ -86,42 +87,130 @@ pub fn run(scene: &Scene, config: &JointConfig) -> Result<Option<JointOutcome>, 
     let Some(rotation) = start::rotation(scene) else {
         return Ok(None);
     };
-    let (parameters, blocks) = parameters(scene, config, &rotation)?;
-    let epochs = Epochs::number(scene, config)?;
-    let all = with_problem(scene, &blocks, &scene.common, &epochs, |problem| {
-        solve(problem, Estimate::new(parameters), &robust())
-    })?;
-    let estimate = Estimate::new(all.estimate.parameters.clone());
-    if !matches!(all.status, Status::Converged | Status::Stalled) {
-        let used = scene.common.clone();
-        return Ok(Some(outcome(all, blocks, (used, vec![]))));
+    let (start, blocks) = parameters(scene, config, &rotation)?;
+    let mut path = Path {
+        epochs: Epochs::number(scene, config)?,
+        scene,
+        config,
+        blocks,
+        start,
+    };
+    let solved = driver::run(&mut path)?;
+    Ok(Some(path.outcome(solved)))
+}
+
+/// The joint path as the driver runs it.
+struct Path<'a> {
+    scene: &'a Scene<'a>,
+    config: &'a JointConfig,
+    blocks: Blocks,
+    epochs: Epochs,
+    start: ParameterSet,
+}
+
+/// Common fixes by what the first adjustment says of them, rows ascending.
+struct Sorted {
+    used: Vec<u32>,
+    gross: Vec<u32>,
+}
+
+impl Model for Path<'_> {
+    type Ties = Sorted;
+
+    fn begin(&mut self) -> Result<(Estimate, Sorted), AdjustError> {
+        let used = self.scene.common.clone();
+        let gross = vec![];
+        Ok((Estimate::new(self.start.clone()), Sorted { used, gross }))
     }
-    let (gross, used) = split(scene, &blocks, &all, &epochs, config);
-    let options = QualityOptions {
-        worst: WORST,
-        ..QualityOptions::default()
-    };
-    let last = with_problem(scene, &blocks, &used, &epochs, |problem| {
-        if used.is_empty() {
-            return Ok(None);
+
+    fn schedule(&self) -> Schedule {
+        Schedule {
+            passing: robust(),
+            last: self.config.options(),
+            quality: QualityOptions {
+                worst: WORST,
+                ..QualityOptions::default()
+            },
+            most_snoops: MOST_SNOOPS,
+            limits: Limits::default(),
         }
-        snoop(problem, estimate, &config.options(), &options, MOST_SNOOPS).map(Some)
-    })?;
-    let Some(snooped) = last else {
-        return Ok(Some(outcome(all, blocks, (used, gross))));
-    };
-    let judgement = Judgement {
-        observability: observability(&snooped.solution, &Limits::default()),
-        without_survey: without_survey(&snooped.solution, &blocks),
-        quality: snooped.quality,
-    };
-    let removed = snooped.removed.len();
-    let found = outcome(snooped.solution, blocks, (used, gross));
-    Ok(Some(JointOutcome {
-        snooped: removed,
-        judgement: Some(judgement),
-        ..found
-    }))
+    }
+
+    fn with_problem<T>(
+        &self,
+        fixes: &Sorted,
+        _: &ParameterSet,
+        then: impl FnOnce(&Problem) -> T,
+    ) -> T {
+        let conditions = FixConditions {
+            scene: self.scene,
+            blocks: &self.blocks,
+            fixes: &fixes.used,
+            epochs: self.epochs.of_record(),
+        };
+        let sources = vec![Source::new(&conditions)];
+        match &self.epochs.chain {
+            Some(chain) => then(&Problem::with_chain(sources, chain)),
+            None => then(&Problem::dense(sources)),
+        }
+    }
+
+    /// One adjustment under a forgiving kernel tells gross errors from the others; a fix names its beacon, so nothing is tied again.
+    fn next(&mut self, pass: &Pass<'_, Sorted>) -> Next<Sorted> {
+        let solution = pass.solution;
+        if !matches!(solution.status, Status::Converged | Status::Stalled) {
+            return Next::End(None);
+        }
+        let (gross, used) = split(
+            self.scene,
+            &self.blocks,
+            solution,
+            &self.epochs,
+            self.config,
+        );
+        let sorted = Some(Sorted { used, gross });
+        if sorted.as_ref().is_some_and(|s| s.used.is_empty()) {
+            return Next::End(sorted);
+        }
+        Next::Rest {
+            ties: sorted,
+            stable: true,
+        }
+    }
+
+    /// Attitude noise starts from nothing again: the forgiving kernel has spread it by gross errors.
+    fn last_start(&self, solution: &Solution) -> Estimate {
+        Estimate::new(solution.estimate.parameters.clone())
+    }
+}
+
+impl Path<'_> {
+    fn outcome(self, solved: Solved<Sorted>) -> JointOutcome {
+        let Solved {
+            solution,
+            ties,
+            judged,
+            ..
+        } = solved;
+        let x = &solution.estimate.parameters;
+        let covariance = solution.cofactor.view((0, 0), (SOUGHT, SOUGHT));
+        JointOutcome {
+            rotation: x.rotation(self.blocks.mounting),
+            transducer_m: self.blocks.transducer_m(x),
+            scale: self.blocks.scale_of(x),
+            covariance: covariance.into_owned(),
+            snooped: judged.as_ref().map_or(0, |j| j.removed),
+            judgement: judged.map(|judged| Judgement {
+                observability: judged.observability,
+                without_survey: without_survey(&solution, &self.blocks),
+                quality: judged.quality,
+            }),
+            solution,
+            blocks: self.blocks,
+            used: ties.used,
+            gross: ties.gross,
+        }
+    }
 }
 
 /// The kernel of the start: it forgives gross errors without forgetting where the good ones lie.
@@ -132,30 +221,6 @@ fn robust() -> Options {
         robust_covariance: false,
         max_iterations: 200,
         ..Options::default()
-    }
-}
-
-fn outcome(
-    solution: Solution,
-    blocks: Blocks,
-    (used, gross): (Vec<u32>, Vec<u32>),
-) -> JointOutcome {
-    let x = &solution.estimate.parameters;
-    let covariance = solution
-        .cofactor
-        .view((0, 0), (SOUGHT, SOUGHT))
-        .into_owned();
-    JointOutcome {
-        rotation: x.rotation(blocks.mounting),
-        transducer_m: blocks.transducer_m(x),
-        scale: blocks.scale_of(x),
-        covariance,
-        solution,
-        blocks,
-        used,
-        gross,
-        snooped: 0,
-        judgement: None,
     }
 }
 
@@ -188,26 +253,6 @@ fn split(
     let (gross, good): (Vec<usize>, Vec<usize>) = (0..scene.common.len()).partition(is_gross);
     let rows = |list: Vec<usize>| list.into_iter().map(|k| scene.common[k]).collect();
     (rows(gross), rows(good))
-}
-
-fn with_problem<T>(
-    scene: &Scene,
-    blocks: &Blocks,
-    fixes: &[u32],
-    epochs: &Epochs,
-    then: impl FnOnce(&Problem) -> T,
-) -> T {
-    let conditions = FixConditions {
-        scene,
-        blocks,
-        fixes,
-        epochs: epochs.of_record(),
-    };
-    let sources = vec![Source::new(&conditions)];
-    match &epochs.chain {
-        Some(chain) => then(&Problem::with_chain(sources, chain)),
-        None => then(&Problem::dense(sources)),
-    }
 }
 
 /// The attitude records that fixes hang on, as epochs of a chain.

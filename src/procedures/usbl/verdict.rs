@@ -9,9 +9,8 @@ use super::joint::{JointOutcome, MOUNTING, SOUGHT, sought};
 use super::reference::ReferenceError;
 use super::scene::Scene;
 use crate::adjust::{AdjustError, Status, Unit};
+use crate::calibrate::driver::ABSURD_VARIANCE_FACTOR;
 
-/// A variance factor above this is absurd: three times the stated sigmas.
-const ABSURD_VARIANCE_FACTOR: f64 = 9.0;
 /// A larger share of gross errors than this leaves nothing to trust.
 const MOST_GROSS: f64 = 0.4;
 /// Beacons closer to one line (or plane) than this part of their extent are called collinear (coplanar).

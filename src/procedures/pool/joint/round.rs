@@ -15,9 +15,11 @@ use super::{
 };
 use crate::adjust::{
     AdjustError, BlockId, Estimate, Kernel, Limits, Options, ParameterSet, Problem, QualityOptions,
-    Solution, Source, observability, snoop, variance_components,
+    Solution, Source, variance_components,
 };
+use crate::calibrate::driver::{Schedule, Solved};
 use crate::matching::Patches;
+use crate::observe::Mounting;
 
 /// The first round only brings the estimate near: of more ties than this it takes evenly chosen ones.
 const FIRST_ROUND_TIES: usize = 8_000;
@@ -64,56 +66,61 @@ impl Frame<'_> {
         }
     }
 
-    /// Data snooping from the stable solution, then the judgement.
-    pub(super) fn judged(
+    /// How the adjustments are run.
+    pub(super) fn schedule(&self) -> Schedule {
+        Schedule {
+            passing: passing(self.config),
+            last: options(self.config),
+            quality: QualityOptions {
+                worst: WORST,
+                ..QualityOptions::default()
+            },
+            most_snoops: MOST_SNOOPS,
+            limits: Limits::default(),
+        }
+    }
+
+    /// Largest step of the mounting that an adjustment made, in the sigma of each parameter.
+    pub(super) fn step_in_sigmas(&self, solution: &Solution, before: &ParameterSet) -> f64 {
+        let mounting = &self.blocks.mounting;
+        let covariance = six_covariance(solution, self.blocks);
+        let now = mounting.at(&solution.estimate.parameters);
+        step_in_sigmas(&now, &mounting.at(before), &covariance)
+    }
+
+    /// The driver's end in the words of the pool: observations that data snooping switched off are taken out.
+    pub(super) fn ended(
         &self,
-        solution: Solution,
-        mut ties: Ties,
+        solved: Solved<Ties>,
         rounds: Vec<Round>,
-        stable: bool,
     ) -> Result<JointOutcome, AdjustError> {
-        let quality_options = QualityOptions {
-            worst: WORST,
-            ..QualityOptions::default()
+        let Solved {
+            solution,
+            mut ties,
+            stable,
+            judged,
+        } = solved;
+        let Some(judged) = judged else {
+            return Ok(self.outcome(solution, ties, rounds, false, None));
         };
-        let start = solution.estimate;
-        let snooped = self.with_problem(&ties, &start.parameters.clone(), |problem| {
-            snoop(
-                problem,
-                start,
-                &options(self.config),
-                &quality_options,
-                MOST_SNOOPS,
-            )
-        })?;
         let row = |set: usize, k: usize| match set {
             0 => (SOUNDINGS, ties.soundings.ties[k].row),
             _ => (RETURNS, ties.returns.ties[k].row),
         };
+        let worst = judged.quality.worst.iter();
+        let mounting = self.blocks.mounting.at(&solution.estimate.parameters);
         let mut judgement = Judgement {
             components: None,
-            worst_rows: snooped
-                .quality
-                .worst
-                .iter()
-                .map(|w| row(w.set, w.condition))
-                .collect(),
-            observability: observability(&snooped.solution, &Limits::default()),
-            snooped: snooped.removed.len(),
-            coverage: Coverage::of(
-                self.scene,
-                &ties.soundings.ties,
-                &self
-                    .blocks
-                    .mounting
-                    .at(&snooped.solution.estimate.parameters),
-            ),
-            quality: snooped.quality,
+            worst_rows: worst.map(|w| row(w.set, w.condition)).collect(),
+            observability: judged.observability,
+            snooped: judged.removed,
+            coverage: Coverage::of(self.scene, &ties.soundings.ties, &mounting),
+            quality: judged.quality,
         };
-        drop_snooped(&mut ties.soundings, snooped.ignored.first());
-        drop_snooped(&mut ties.returns, snooped.ignored.get(1));
-        judgement.components = self.components(&ties, &snooped.solution.estimate)?;
-        Ok(self.outcome(snooped.solution, ties, rounds, stable, Some(judgement)))
+        drop_snooped(&mut ties.soundings, judged.ignored.first());
+        drop_snooped(&mut ties.returns, judged.ignored.get(1));
+        judgement.components = self.components(&ties, &solution.estimate)?;
+        Ok(self.outcome(solution, ties, rounds, stable, Some(judgement)))
     }
 
     /// Iterated variance components of the ties that data snooping left, by plain least squares: a kernel shortens the tails and
@@ -326,4 +333,15 @@ pub(super) fn six_covariance(solution: &Solution, blocks: &Blocks) -> Matrix6<f6
         }
     };
     Matrix6::from_fn(|i, j| solution.cofactor[(column(i), column(j))])
+}
+
+/// Largest difference of two mountings in the sigma of each parameter.
+fn step_in_sigmas(now: &Mounting, before: &Mounting, covariance: &Matrix6<f64>) -> f64 {
+    let turn = now.correction_from(before);
+    let arm = now.lever_arm_m - before.lever_arm_m;
+    (0..6)
+        .map(|i| {
+            (if i < 3 { turn[i] } else { arm[i - 3] }).abs() / covariance[(i, i)].sqrt().max(1e-12)
+        })
+        .fold(0.0, f64::max)
 }

@@ -1,0 +1,112 @@
+//! The short doors: one call for one job. What lies behind them is open too, for whoever needs a part of it.
+
+use std::path::Path;
+
+use crate::calibrate::seam::{Checked, Finished, InputError, Settings, Simulated, provenance};
+use crate::geometry::ellipsoid::TargetPose;
+use crate::observe::Campaign;
+use crate::procedures;
+use crate::procedures::pool::summary::{self, Dropped};
+use crate::procedures::pool::{self, JointConfig, PoolInput, SequentialConfig};
+use crate::results::Calibration;
+use crate::target::Target;
+
+/// Calibrates a survey file by both paths, whichever procedure it names. Writes nothing.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// # let survey = folder.path().join("survey.toml");
+/// # let usbl = boresight::procedures::find("usbl").ok_or("no such procedure")?;
+/// # usbl.scenario("demo.toml".as_ref(), &usbl.demo())?.write(1, folder.path(), &|_| {})?;
+/// let found = boresight::calibrate(&survey)?; // "survey.toml"
+/// println!("{}", boresight::report::text::summary(&found.result, &found.page));
+/// assert!(found.result.usable);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`InputError`] with everything that is wrong with the input; a calibration without a usable result is no error.
+pub fn calibrate(survey: impl AsRef<Path>) -> Result<Finished, InputError> {
+    calibrate_with(survey, &Settings::default(), &|_| {})
+}
+
+/// As [`calibrate`], with settings; `progress` is told what is being done.
+///
+/// # Errors
+/// As [`calibrate`]; also [`InputError::Unused`] for a setting that the procedure has no use for.
+pub fn calibrate_with(
+    survey: impl AsRef<Path>,
+    settings: &Settings,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Finished, InputError> {
+    let procedure = procedures::of_file(survey.as_ref())?;
+    settings.fit(procedure)?;
+    let survey = procedure.read(survey.as_ref())?;
+    survey.calibrate(settings, None, progress)
+}
+
+/// Says what a survey holds and what its geometry can and cannot determine. Solves nothing.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn check(survey: impl AsRef<Path>) -> Result<Checked, InputError> {
+    procedures::read(survey.as_ref())?.check(&Settings::default(), &|_| {})
+}
+
+/// Simulates a scenario file under its own seed and writes a complete survey into a folder, which is made when missing.
+///
+/// # Errors
+/// [`InputError`] with everything that is wrong with the scenario, or a file that cannot be written.
+pub fn simulate(
+    scenario: impl AsRef<Path>,
+    folder: impl AsRef<Path>,
+) -> Result<Simulated, InputError> {
+    let scenario = procedures::scenario(scenario.as_ref())?;
+    scenario.write(scenario.seed(), folder.as_ref(), &|_| {})
+}
+
+/// Calibrates a multibeam against a target in memory, from columns instead of files, by both paths as they are without configuration.
+///
+/// ```no_run
+/// use boresight::prelude::*;
+/// # let (time_s, place, attitude) = (vec![], vec![], vec![]);
+/// # let (return_s, points_m, ping_s, across_rad, range_m) = (vec![], vec![], vec![], vec![], vec![]);
+/// # let scenario = boresight::simulate::Scenario::from_toml(boresight::simulate::DEMO)?;
+/// # let survey = boresight::simulate::simulate(&scenario, 1)?;
+/// # let (target, pose) = (survey.target, survey.prior);
+/// # let (scanner, sonar) = (survey.campaign.scanner, survey.campaign.sonar);
+/// let trajectory = GeodeticTrajectory::from_arrays(time_s, place, attitude);
+/// let laser = LaserScan::from_arrays(return_s, points_m);
+/// let soundings = Soundings::from_arrays(ping_s, across_rad, range_m);
+/// let campaign = Campaign::new(trajectory, (scanner, laser), (sonar, soundings));
+/// let found = boresight::calibrate_arrays(&campaign, &target, &pose)?;
+/// println!("{:?}", found.solutions.joint.map(|joint| joint.parameters));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// `examples/arrays.rs` is a whole program.
+///
+/// # Errors
+/// [`InputError`] when the observations cannot be worked with at all; a calibration without a usable result is no error.
+pub fn calibrate_arrays(
+    campaign: &Campaign,
+    target: &Target,
+    pose: &TargetPose,
+) -> Result<Calibration, InputError> {
+    let settings = Settings::default();
+    let (sequential, joint) = (SequentialConfig::default(), JointConfig::default());
+    let input = PoolInput {
+        campaign,
+        target,
+        prior: pose,
+        method: settings.method,
+        sequential: &sequential,
+        joint: &joint,
+        seed: settings.seed(),
+    };
+    let outcome = pool::calibrate(&input, &|_| {}).map_err(InputError::unworkable)?;
+    let configuration = serde_json::json!({ "sequential": sequential, "joint": joint });
+    let provenance = provenance(&configuration, &[], &settings)?;
+    let dropped = Dropped::default();
+    Ok(summary::result(&outcome, &input, dropped, &[], provenance)?)
+}
