@@ -29,7 +29,7 @@ pub(super) fn lines(result: &impl Serialize) -> serde_json::Result<Vec<u8>> {
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// Not JSON, or a member is missing or of the wrong kind.
-    #[error("found {0}")]
+    #[error("found {0}, expected a result.json")]
     Json(#[from] serde_json::Error),
     /// Written by another version.
     #[error(
