@@ -212,8 +212,13 @@ fn both_procedures_have_a_budget_on_the_command_line() {
 #[test]
 fn values_are_varied_for_every_procedure() {
     let cases = [
-        ("usbl.toml", "fixes.angle_sigma_deg", "0.02,0.2", 0),
-        ("rail-thin.toml", "table.angle_sigma_deg", "0.001,0.1", 2),
+        ("usbl.toml", "fixes.angle_sigma_deg", "0.02,0.6", 0),
+        (
+            "rail-thin.toml",
+            "profiler.*.vertical_sigma_m",
+            "5e-5,2e-4",
+            2,
+        ),
     ];
     for (name, key, values, parameter) in cases {
         let folder = tempfile::tempdir().expect("folder");

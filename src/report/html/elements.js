@@ -3,15 +3,6 @@
 const DATA = JSON.parse(document.getElementById("data").textContent);
 const RESULT = DATA.result;
 
-const PARAMETERS = [
-  { key: "pitch", sigma: "pitch_deg", name: "pitch", sense: "bow up", unit: "deg", angle: true },
-  { key: "roll", sigma: "roll_deg", name: "roll", sense: "starboard down", unit: "deg", angle: true },
-  { key: "yaw", sigma: "yaw_deg", name: "yaw", sense: "counter-clockwise", unit: "deg", angle: true },
-  { key: "lx", sigma: "lx_m", name: "lever arm x", sense: "right", unit: "mm", axis: 0 },
-  { key: "ly", sigma: "ly_m", name: "lever arm y", sense: "forward", unit: "mm", axis: 1 },
-  { key: "lz", sigma: "lz_m", name: "lever arm z", sense: "up", unit: "mm", axis: 2 },
-];
-
 // ELEMENTS
 
 function fill(node, attributes, children) {
