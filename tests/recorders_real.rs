@@ -1,5 +1,5 @@
 //! Recorder files of real instruments, read from the folder that `BORESIGHT_DATA` names; without it every test says that it is
-//! skipped. The files are other people's and not in the project; `docs/formats.md` names them.
+//! skipped. The files are other people's and not in the project; `docs/recorders.md` says which.
 
 use std::path::PathBuf;
 
