@@ -41,10 +41,10 @@ fn from_arrays(given: &Campaign) -> Campaign {
     };
     let trajectory = GeodeticTrajectory::from_arrays(
         t.time_s.clone(),
-        three(&t.latitude_rad, &t.longitude_rad, &t.height_m),
-        three(&t.roll_rad, &t.pitch_rad, &t.heading_rad),
+        &three(&t.latitude_rad, &t.longitude_rad, &t.height_m),
+        &three(&t.roll_rad, &t.pitch_rad, &t.heading_rad),
     );
-    let laser = LaserScan::from_arrays(l.time_s.clone(), three(&l.x_m, &l.y_m, &l.z_m));
+    let laser = LaserScan::from_arrays(l.time_s.clone(), &three(&l.x_m, &l.y_m, &l.z_m));
     let range_m = s.range.values().to_vec();
     let soundings = Soundings::from_arrays(s.time_s.clone(), s.across_rad.clone(), range_m);
     Campaign {

@@ -75,8 +75,8 @@ pub fn simulate(
 /// # let survey = boresight::simulate::simulate(&scenario, 1)?;
 /// # let (target, pose) = (survey.target, survey.prior);
 /// # let (scanner, sonar) = (survey.campaign.scanner, survey.campaign.sonar);
-/// let trajectory = GeodeticTrajectory::from_arrays(time_s, place, attitude);
-/// let laser = LaserScan::from_arrays(return_s, points_m);
+/// let trajectory = GeodeticTrajectory::from_arrays(time_s, &place, &attitude);
+/// let laser = LaserScan::from_arrays(return_s, &points_m);
 /// let soundings = Soundings::from_arrays(ping_s, across_rad, range_m);
 /// let campaign = Campaign::new(trajectory, (scanner, laser), (sonar, soundings));
 /// let found = boresight::calibrate_arrays(&campaign, &target, &pose)?;

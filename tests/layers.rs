@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 /// Floor of every top-level module; the table of the architecture page.
-const FLOORS: [(&str, u8); 22] = [
+const FLOORS: [(&str, u8); 23] = [
     ("ruled", 0),
     ("units", 0),
     ("stats", 0),

@@ -36,14 +36,14 @@ fn points(format: ::las::point::Format, count: usize) -> Vec<::las::Point> {
                 31 => t = (r % 604_800) as f64,
                 _ => {}
             }
-            if r % 3 == 0 {
+            if r.is_multiple_of(3) {
                 let returns = 1 + (r >> 12) as u8 % 5;
                 point.number_of_returns = returns;
                 point.return_number = 1 + (r >> 16) as u8 % returns;
                 point.intensity = (r >> 24) as u16;
                 point.user_data = (r >> 9) as u8 % 5;
             }
-            if r % 5 == 0 {
+            if r.is_multiple_of(5) {
                 point.point_source_id = (r >> 30) as u16 % 4;
                 point.scanner_channel = if format.is_extended {
                     (r >> 33) as u8 % 4

@@ -52,13 +52,9 @@ impl GeodeticTrajectory {
     /// From times (seconds), positions (WGS84 latitude and longitude in radians, ellipsoidal height in metres) and attitudes (roll,
     /// pitch, true heading in radians); noise of [`TrajectoryNoise::tactical_grade`].
     #[must_use]
-    pub fn from_arrays(
-        time_s: Vec<f64>,
-        position: Vec<[f64; 3]>,
-        attitude_rad: Vec<[f64; 3]>,
-    ) -> Self {
-        let [latitude_rad, longitude_rad, height_m] = columns(&position);
-        let [roll_rad, pitch_rad, heading_rad] = columns(&attitude_rad);
+    pub fn from_arrays(time_s: Vec<f64>, position: &[[f64; 3]], attitude_rad: &[[f64; 3]]) -> Self {
+        let [latitude_rad, longitude_rad, height_m] = columns(position);
+        let [roll_rad, pitch_rad, heading_rad] = columns(attitude_rad);
         Self {
             ellipsoid: Ellipsoid::Wgs84,
             time_s,
@@ -79,8 +75,8 @@ impl GeodeticTrajectory {
 impl LaserScan {
     /// From times (seconds) and points in the scanner's frame (metres); noise of [`LaserNoise::line_scanner`].
     #[must_use]
-    pub fn from_arrays(time_s: Vec<f64>, points_m: Vec<[f64; 3]>) -> Self {
-        let [x_m, y_m, z_m] = columns(&points_m);
+    pub fn from_arrays(time_s: Vec<f64>, points_m: &[[f64; 3]]) -> Self {
+        let [x_m, y_m, z_m] = columns(points_m);
         Self {
             time_s,
             x_m,
