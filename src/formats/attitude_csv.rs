@@ -76,8 +76,7 @@ pub fn read_from(
     let mut record = AttitudeRecord::default();
     let [roll, pitch, heading] = &layout.limits;
     while table.next_row()? {
-        let time_s = table.number(0, &Limits::FINITE)?;
-        table.check_order(0, record.time_s.last().copied(), time_s, true)?;
+        let time_s = table.time(0, record.time_s.last().copied(), true)?;
         record.time_s.push(time_s);
         let angle = |column, limits| table.number(column, limits).map(radians);
         record.roll_rad.push(angle(1, roll)?);

@@ -41,8 +41,7 @@ pub fn read_from(file: &Path, source: impl Read, size: u64) -> Result<LaserRecor
         if records.is_empty() {
             reserve(&mut records, table.expected_rows());
         }
-        let time_s = table.number(0, &Limits::FINITE)?;
-        table.check_order(0, records.time_s.last().copied(), time_s, false)?;
+        let time_s = table.time(0, records.time_s.last().copied(), false)?;
         records.time_s.push(time_s);
         records.x_m.push(table.number(1, &COORDINATE)?);
         records.y_m.push(table.number(2, &COORDINATE)?);

@@ -35,6 +35,7 @@ pub mod tidy;
 pub mod trajectory_csv;
 pub mod usbl_control_csv;
 pub mod usbl_fixes_csv;
+pub mod week;
 pub mod whole;
 pub mod xtf;
 

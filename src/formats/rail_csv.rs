@@ -9,6 +9,7 @@ use std::path::Path;
 use super::error::{FaultKind, FormatError, open};
 use super::rows::Rows;
 use super::table::{Limits, Table};
+use super::week;
 use super::whole::write_whole;
 use crate::observe::{ProfilePoints, TableRecord};
 use crate::units::{degrees, radians};
@@ -66,8 +67,7 @@ pub(super) fn profiles(
 ) -> Result<ProfilePoints, FormatError> {
     let mut points = ProfilePoints::default();
     while table.next_row()? {
-        let time_s = table.number(0, &Limits::FINITE)?;
-        table.check_order(0, points.time_s.last().copied(), time_s, false)?;
+        let time_s = table.time(0, points.time_s.last().copied(), false)?;
         let profiler = table.count(1)?;
         if profiler == 0 || profiler as usize > profilers {
             let expected = format!("a profiler of the survey file, 1 to {profilers}");
@@ -93,9 +93,8 @@ pub fn read_table(path: &Path) -> Result<TableRecord, FormatError> {
     let mut table = Table::open(path, file, size, &TABLE, &[])?;
     let mut record = TableRecord::default();
     while table.next_row()? {
-        let from_s = table.number(0, &Limits::FINITE)?;
-        let to_s = table.number(1, &Limits::FINITE)?;
-        table.check_order(0, record.to_s.last().copied(), from_s, true)?;
+        let from_s = table.time(0, record.to_s.last().copied(), true)?;
+        let to_s = week::following(Some(from_s), table.number(1, &Limits::FINITE)?);
         if !(to_s > from_s) {
             let found = format!("{to_s} with from_s {from_s}");
             return Err(table.fault(FaultKind::Order, 1, found, "a later time than from_s"));

@@ -2,6 +2,7 @@
 
 use super::error::{FaultKind, FormatError};
 use super::table::Limits;
+use super::week;
 
 /// A table being read row by row; columns are counted in the order in which the reader named them.
 pub trait Rows {
@@ -32,17 +33,12 @@ pub trait Rows {
     /// The error that the table holds no row.
     fn no_rows(&self) -> FormatError;
 
-    /// Checks that a time follows the one before: strictly, or not descending.
+    /// The time in a column, seconds, which follows the one before: strictly, or not descending; counted on at the end of a GPS week.
     ///
     /// # Errors
-    /// [`FormatError`] of kind `Order`.
-    fn check_order(
-        &self,
-        column: usize,
-        before: Option<f64>,
-        time_s: f64,
-        strict: bool,
-    ) -> Result<(), FormatError> {
+    /// [`FormatError`] when it is no number, or of kind `Order`.
+    fn time(&self, column: usize, before: Option<f64>, strict: bool) -> Result<f64, FormatError> {
+        let time_s = week::following(before, self.number(column, &Limits::FINITE)?);
         match before {
             Some(t) if time_s < t || (strict && time_s == t) => {
                 let found = if time_s == t {
@@ -57,7 +53,7 @@ pub trait Rows {
                 };
                 Err(self.fault(FaultKind::Order, column, found, expected))
             }
-            _ => Ok(()),
+            _ => Ok(time_s),
         }
     }
 }

@@ -10,6 +10,7 @@ use std::path::Path;
 
 use super::error::{FaultKind, FormatError, Place, open};
 use super::records::TrajectoryRecords;
+use super::week;
 use super::whole::write_whole;
 use crate::observe::GeodeticTrajectory;
 use crate::units::wrap_angle;
@@ -151,7 +152,8 @@ pub fn read_from(
         source
             .read_exact(&mut bytes)
             .map_err(|e| FormatError::unreadable(file, &e))?;
-        let record = Record::from_bytes(&bytes);
+        let mut record = Record::from_bytes(&bytes);
+        record.time_s = week::following(records.time_s.last().copied(), record.time_s);
         check_record(file, k, &record, records.time_s.last().copied())?;
         push(&mut records, &record);
     }

@@ -69,8 +69,7 @@ pub fn read_from(
         if records.is_empty() {
             reserve(&mut records, &mut range, table.expected_rows());
         }
-        let time_s = table.number(0, &Limits::FINITE)?;
-        table.check_order(0, records.time_s.last().copied(), time_s, false)?;
+        let time_s = table.time(0, records.time_s.last().copied(), false)?;
         records.time_s.push(time_s);
         records.ping.push(table.count(1)?);
         records.beam.push(table.count(2)?);

@@ -214,18 +214,17 @@ impl<R: Read> Table<R> {
         )
     }
 
-    /// Checks that a time follows the one before: strictly, or not descending.
+    /// The time in a column, which follows the one before ([`Rows::time`]).
     ///
     /// # Errors
-    /// [`FormatError`] of kind `Order`.
-    pub fn check_order(
+    /// [`FormatError`] when it is no number, or of kind `Order`.
+    pub fn time(
         &self,
         column: usize,
         before: Option<f64>,
-        time_s: f64,
         strict: bool,
-    ) -> Result<(), FormatError> {
-        Rows::check_order(self, column, before, time_s, strict)
+    ) -> Result<f64, FormatError> {
+        Rows::time(self, column, before, strict)
     }
 }
 

@@ -1,35 +1,25 @@
 //! Laser returns as other programs leave them: a week's end in the middle, tiles in any order, the same return more than once.
 
 use super::records::LaserRecords;
-
-/// Seconds of a GPS week.
-const WEEK_S: f64 = 604_800.0;
-/// A fall of time of more than this is a week's end, not another order.
-const FALL_S: f64 = WEEK_S / 2.0;
+use super::week::{WEEK_S, next_week};
 
 impl LaserRecords {
-    /// Unwraps a week's end, sorts by time, keeps returns of the same time and place once; a note says each.
+    /// Counts on past a week's end, sorts by time, keeps returns of the same time and place once; a note says each.
     pub fn tidy(&mut self) {
-        self.unwrap_weeks();
+        self.count_on();
         self.sort();
         self.keep_once();
     }
 
-    fn unwrap_weeks(&mut self) {
-        let in_week = |t: &f64| (0.0..=WEEK_S).contains(t);
-        if !self.time_s.iter().all(in_week) || !self.time_s.windows(2).any(is_week_end) {
+    fn count_on(&mut self) {
+        let Some(before_s) = next_week(&self.time_s) else {
             return;
-        }
-        let (mut weeks, mut before) = (0.0, self.time_s[0]);
-        for time_s in &mut self.time_s {
-            if is_week_end(&[before, *time_s]) {
-                weeks += 1.0;
-            }
-            before = *time_s;
-            *time_s += weeks * WEEK_S;
+        };
+        for time_s in self.time_s.iter_mut().filter(|t| **t < before_s) {
+            *time_s += WEEK_S;
         }
         self.notes.push(format!(
-            "the returns' times fall by a week ({WEEK_S} s) at the end of a GPS week; they go on counting from there"
+            "the returns' times fall by a week ({WEEK_S} s) at the end of a GPS week; they are counted on from there"
         ));
     }
 
@@ -91,10 +81,6 @@ impl LaserRecords {
     }
 }
 
-fn is_week_end(times: &[f64]) -> bool {
-    times[0] - times[1] > FALL_S
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,6 +111,16 @@ mod tests {
         found.tidy();
         assert_eq!(found.time_s, [604_799.5, 604_800.5, 604_801.5]);
         assert!(found.notes[0].contains("week"));
+    }
+
+    #[test]
+    fn times_in_any_order_are_not_taken_for_weeks() {
+        let mut found = records(&[(500_000.0, 1.0), (0.5, 2.0), (300_000.0, 3.0)]);
+        found.tidy();
+        assert_eq!(found.time_s, [0.5, 300_000.0, 500_000.0]);
+        let mut tiles = records(&[(604_799.0, 1.0), (0.5, 2.0), (604_798.0, 3.0)]);
+        tiles.tidy();
+        assert_eq!(tiles.time_s, [604_798.0, 604_799.0, 604_800.5]);
     }
 
     #[test]

@@ -111,8 +111,7 @@ fn reserve(records: &mut TrajectoryRecords, rows: usize) {
 }
 
 fn push_row<R: Read>(table: &Table<R>, records: &mut TrajectoryRecords) -> Result<(), FormatError> {
-    let time_s = table.number(0, &Limits::FINITE)?;
-    table.check_order(0, records.time_s.last().copied(), time_s, true)?;
+    let time_s = table.time(0, records.time_s.last().copied(), true)?;
     records.time_s.push(time_s);
     let angle = |column, limits| table.number(column, limits).map(radians);
     records.latitude_rad.push(angle(1, &LATITUDE)?);

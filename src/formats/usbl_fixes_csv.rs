@@ -125,8 +125,7 @@ pub fn read_from(file: &Path, source: impl Read, size: u64) -> Result<FixRecords
         direction: vec![],
     };
     while table.next_row()? {
-        let time_s = table.number(0, &Limits::FINITE)?;
-        table.check_order(0, records.time_s.last().copied(), time_s, false)?;
+        let time_s = table.time(0, records.time_s.last().copied(), false)?;
         let beacon = table.text(1)?;
         if beacon.is_empty() {
             return Err(table.bad_value(1, "the name of a beacon"));

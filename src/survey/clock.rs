@@ -1,5 +1,6 @@
 //! Do the sensors' clocks agree with the trajectory's, and does every observation have a position?
 
+use crate::formats::week::WEEK_S;
 use crate::observe::Outside;
 
 /// First and last time of a sensor, seconds.
@@ -40,7 +41,6 @@ impl std::fmt::Display for Span {
 /// GPS minus UTC since 2017, seconds.
 const LEAP_S: f64 = 18.0;
 const DAY_S: f64 = 86_400.0;
-const WEEK_S: f64 = 604_800.0;
 /// LAS subtracts this from GPS seconds ("adjusted standard time").
 const ADJUSTED_S: f64 = 1e9;
 

@@ -8,6 +8,7 @@ use super::observations::{
 };
 use super::rules;
 use crate::formats::digest::Stamps;
+use crate::formats::week;
 use crate::formats::{
     LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_laser_cloud,
     read_sound_speed, read_soundings, read_trajectory,
@@ -320,7 +321,7 @@ fn compose(
 
 /// What a report should repeat about the reading.
 fn notes(counts: &Counts, campaign: &Campaign) -> Vec<String> {
-    let mut notes = vec![];
+    let mut notes = Vec::from_iter(week::passed("trajectory", &campaign.trajectory.time_s));
     let dropped = [
         ("laser returns", counts.laser_dropped, counts.laser),
         ("soundings", counts.soundings_dropped, counts.soundings),

@@ -22,6 +22,7 @@ use super::trial::{corrections_from, names};
 use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
 use crate::calibrate::solution::verdict;
+use crate::formats::week;
 use crate::results::{
     Calibration, Comparison, Difference, Provenance, SCHEMA, SensorCounts, Solutions,
 };
@@ -81,6 +82,7 @@ fn notes(scene: &RailScene) -> Vec<String> {
         "angles and offsets are as good as the stated orientation and place of the rail and of the table's centre of rotation; between profilers they are better"
             .to_owned(),
     ];
+    notes.extend(week::passed("profiles", &scene.campaign.points.time_s));
     if scene.turning > 0 {
         notes.push(format!(
             "{} points were taken while the table turned and were left out",

@@ -11,6 +11,7 @@ use crate::formats::usbl_control_csv::{
     ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
 };
 use crate::formats::usbl_fixes_csv::{FixRecords, RangeKind};
+use crate::formats::week;
 use crate::formats::{read_attitude, read_control, read_fixes, read_sound_speed};
 use crate::geometry::ellipsoid::ecef_from_level;
 use crate::geometry::{Ellipsoid, Geodetic, Point, rotation};
@@ -184,7 +185,7 @@ fn compose(
         datum: file.control.datum(),
     };
     Ok(LoadedUsbl {
-        notes: notes(&file, dropped, fixes_read),
+        notes: notes(&file, &contents.attitude.time_s, (dropped, fixes_read)),
         file,
         campaign,
         inputs,
@@ -422,8 +423,8 @@ fn without_attitude(outside: &[(usize, String)], paths: &Paths) -> Option<Proble
     Some(Problem::new(&paths.fixes, place, found, expected))
 }
 
-fn notes(file: &UsblFile, dropped: usize, read: usize) -> Vec<String> {
-    let mut notes = vec![];
+fn notes(file: &UsblFile, attitude_s: &[f64], (dropped, read): (usize, usize)) -> Vec<String> {
+    let mut notes = Vec::from_iter(week::passed("attitude record", attitude_s));
     if dropped > 0 {
         notes.push(format!(
             "{dropped} of {read} fixes were dropped: the attitude record does not cover them"
