@@ -19,7 +19,7 @@
 //! ```
 //!
 //! Data flows one way: files → observations → georeferencing → planes and ties → adjustment → results → report.
-//! A module imports only from floors below its own (`tests/layers.rs` holds the table).
+//! A module imports only from floors below its own (`tests/it/layers.rs` holds the table).
 
 pub mod adjust;
 pub mod budget;

@@ -48,7 +48,7 @@ pub enum UtmError {
     },
 }
 
-/// One UTM zone on one ellipsoid. Agrees with PROJ to better than 10 nm within the zone (`tests/proj.rs`).
+/// One UTM zone on one ellipsoid. Agrees with PROJ to better than 10 nm within the zone (`tests/it/proj.rs`).
 #[derive(Debug)]
 pub struct Utm {
     zone: i8,

@@ -1,4 +1,4 @@
-"""Reference values for tests/proj.rs, from PROJ through pyproj.
+"""Reference values for tests/it/proj.rs, from PROJ through pyproj.
 
     pip install pyproj && python tests/recipes/proj.py > tests/reference/proj.json
 

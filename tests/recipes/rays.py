@@ -1,4 +1,4 @@
-"""Reference rays for tests/rays.rs: numerical integration of the ray equations, no arcs.
+"""Reference rays for tests/it/rays.rs: numerical integration of the ray equations, no arcs.
 
     pip install numpy scipy && python tests/recipes/rays.py > tests/reference/rays.json
 

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 fn thin() -> Scenario {
-    let text = include_str!("../models/scenarios/single-pass-thin.toml");
+    let text = include_str!("../../models/scenarios/single-pass-thin.toml");
     Scenario::from_toml(text).expect("a scenario")
 }
 

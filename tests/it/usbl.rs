@@ -19,7 +19,7 @@ use boresight::procedures::usbl::{
 };
 use nalgebra::Vector3;
 
-const THIN: &str = include_str!("../models/scenarios/usbl-thin.toml");
+const THIN: &str = include_str!("../../models/scenarios/usbl-thin.toml");
 
 fn thin() -> Scenario {
     toml::from_str(THIN).expect("a scenario")

@@ -20,7 +20,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// A late sounder with short ranges on a slowly turning, rolling boat: its velocity and its rates hardly change within the half second over which they are taken.
 fn survey() -> Simulated {
-    let text = include_str!("../models/scenarios/three-pass-thin.toml");
+    let text = include_str!("../../models/scenarios/three-pass-thin.toml");
     let mut scenario = Scenario::from_toml(text).expect("a scenario");
     scenario.sources = Sources::none()
         .with(Source::Latency, 1.0)

@@ -393,7 +393,7 @@ fn an_unknown_extension_is_told_by_the_content_or_answered_with_the_table() {
 
 #[test]
 fn the_page_of_formats_is_the_table() {
-    let page = include_str!("../docs/formats.md");
+    let page = include_str!("../../docs/formats.md");
     let table = formats::registry::markdown();
     assert!(
         page.contains(&table),

@@ -1,12 +1,10 @@
 //! The rail commands end to end: files, exit codes, bytes, messages.
 
-mod common;
-
 use std::path::Path;
 
-use common::{run, simulated, words};
+use crate::common::{run, simulated, words};
 
-const THIN: &str = include_str!("../models/scenarios/rail-thin.toml");
+const THIN: &str = include_str!("../../models/scenarios/rail-thin.toml");
 
 fn result(folder: &Path, out: &str) -> serde_json::Value {
     let bytes = std::fs::read(folder.join(out).join("result.json")).expect("a result");

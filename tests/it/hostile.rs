@@ -1,7 +1,7 @@
 //! Nothing breaks it, nothing is lost: mutants of every kind of file, special files, folders of the user's, kills at any moment, a full
 //! disk.
 //!
-//! `BORESIGHT_MUTANTS=10000 cargo test --release --test hostile` makes so many mutants of each kind instead of the few of every day,
+//! `BORESIGHT_MUTANTS=10000 cargo test --release --test it hostile` makes so many mutants of each kind instead of the few of every day,
 //! `BORESIGHT_KILLS=50` so many kills of each command.
 
 use std::io::Cursor;

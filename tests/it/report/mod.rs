@@ -2,7 +2,6 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod browser;
 mod fixture;
 
 use boresight::report::{csv, headline, html, json, text, write_all};
@@ -342,7 +341,7 @@ fn both_files_are_written_and_the_pages_open_in_a_browser_without_errors() {
             std::fs::read_to_string(&written.parameters).unwrap(),
             csv::parameters(&result)
         );
-        match browser::installed() {
+        match crate::browser::installed() {
             Some(program) => opens(&program, &written.report, &headline(&result)),
             None => println!("skipped: no browser is installed"),
         }
@@ -350,7 +349,7 @@ fn both_files_are_written_and_the_pages_open_in_a_browser_without_errors() {
 }
 
 fn opens(program: &std::path::Path, page: &std::path::Path, headline: &str) {
-    let (elements, messages) = browser::open(program, page);
+    let (elements, messages) = crate::browser::open(program, page);
     assert!(!messages.contains("CONSOLE"), "{messages}");
     assert!(
         elements.contains("data-ready=\"yes\""),
@@ -365,7 +364,7 @@ fn opens(program: &std::path::Path, page: &std::path::Path, headline: &str) {
 /// Only one path, no samples at all: fewer pictures, no error.
 #[test]
 fn a_bare_result_of_one_path_opens_in_a_browser_too() {
-    let Some(program) = browser::installed() else {
+    let Some(program) = crate::browser::installed() else {
         println!("skipped: no browser is installed");
         return;
     };
@@ -376,7 +375,7 @@ fn a_bare_result_of_one_path_opens_in_a_browser_too() {
     let bare = boresight::procedures::pool::summary::ReportSamples::default();
     let page = boresight::procedures::pool::summary::packed_page(&bare, "bare").unwrap();
     let written = write_all(&folder, &result, &page).unwrap();
-    let (elements, messages) = browser::open(&program, &written.report);
+    let (elements, messages) = crate::browser::open(&program, &written.report);
     assert!(
         !messages.contains("CONSOLE") && elements.contains("data-ready=\"yes\""),
         "{messages}"

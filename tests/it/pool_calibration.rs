@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-const THIN: &str = include_str!("../models/scenarios/disturbed-thin.toml");
+const THIN: &str = include_str!("../../models/scenarios/disturbed-thin.toml");
 
 fn survey(seed: u64) -> Simulated {
     let scenario = Scenario::from_toml(THIN).expect("a scenario");
@@ -167,7 +167,7 @@ fn a_scanner_that_is_not_calibrated_is_named() {
 
 #[test]
 fn a_plain_wall_is_refused_naming_what_only_motion_determines() {
-    let text = include_str!("../models/scenarios/plain-wall.toml");
+    let text = include_str!("../../models/scenarios/plain-wall.toml");
     let s = simulate(&Scenario::from_toml(text).expect("a scenario"), 1).expect("a survey");
     let Err(Refusal::Undetermined { parameters }) = run(&s, &s.campaign, &s.prior) else {
         panic!("a plain wall was not refused");

@@ -2,9 +2,6 @@
 
 #![allow(clippy::unwrap_used)]
 
-#[path = "report/browser.rs"]
-mod browser;
-
 use boresight::report::{budget_headline, html};
 use boresight::results::{BudgetResult, PlanResult};
 use serde_json::{Value, json};
@@ -281,11 +278,11 @@ fn the_pages_open_in_a_browser_without_errors_whatever_is_missing() {
     for (kind, page, drawn) in pages {
         let file = folder.join(format!("{kind}.html"));
         std::fs::write(&file, page).unwrap();
-        let Some(program) = browser::installed() else {
+        let Some(program) = crate::browser::installed() else {
             println!("skipped: no browser is installed");
             return;
         };
-        let (elements, messages) = browser::open(&program, &file);
+        let (elements, messages) = crate::browser::open(&program, &file);
         assert!(!messages.contains("CONSOLE"), "{kind}: {messages}");
         assert!(
             elements.contains("data-ready=\"yes\""),

@@ -39,7 +39,8 @@ fn angle(degrees: f64) -> (f64, f64) {
 
 #[test]
 fn rays_agree_with_numerical_integration() {
-    let reference: Value = serde_json::from_str(include_str!("reference/rays.json")).expect("JSON");
+    let reference: Value =
+        serde_json::from_str(include_str!("../reference/rays.json")).expect("JSON");
     let (mut worst_m, mut surfaced) = (0.0f64, 0);
     for row in reference["rays"].as_array().expect("rays") {
         let name = row["profile"].as_str().expect("a name");

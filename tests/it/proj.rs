@@ -18,7 +18,8 @@ fn within(limit_m: f64, worst_m: &mut f64, distance_m: f64, row: &[f64]) {
 }
 
 fn rows(table: &str) -> Vec<(Ellipsoid, Vec<f64>)> {
-    let reference: Value = serde_json::from_str(include_str!("reference/proj.json")).expect("JSON");
+    let reference: Value =
+        serde_json::from_str(include_str!("../reference/proj.json")).expect("JSON");
     let rows = reference[table].as_array().expect("a table");
     assert!(rows.len() >= 40, "{table} has {} rows", rows.len());
     rows.iter()

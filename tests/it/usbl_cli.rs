@@ -1,13 +1,11 @@
 //! The USBL commands end to end: files, exit codes, bytes, messages.
 
-mod common;
-
 use std::path::Path;
 
-use common::{run, simulated, words};
+use crate::common::{run, simulated, words};
 use nalgebra::{Matrix3, Vector3};
 
-const THIN: &str = include_str!("../models/scenarios/usbl-thin.toml");
+const THIN: &str = include_str!("../../models/scenarios/usbl-thin.toml");
 
 fn json(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(path).expect("a file")).expect("JSON")

@@ -19,7 +19,7 @@ use serde_json::Value;
 
 /// A survey that is quickly simulated and calibrated.
 fn thin() -> String {
-    let text = include_str!("../models/scenarios/single-pass-thin.toml");
+    let text = include_str!("../../models/scenarios/single-pass-thin.toml");
     let mut text = text.to_owned();
     for (from, to) in [
         ("\nrate_hz = 25.0", "\nrate_hz = 10.0"),

@@ -13,7 +13,7 @@ use boresight::simulate::Scenario;
 
 /// A survey that is quickly simulated and calibrated.
 fn thin() -> Scenario {
-    let text = include_str!("../models/scenarios/single-pass-thin.toml");
+    let text = include_str!("../../models/scenarios/single-pass-thin.toml");
     Scenario::from_toml(text).expect("a scenario")
 }
 
@@ -330,7 +330,7 @@ fn scenario_values_are_compared_each_in_its_own_survey() {
 /// Waves that have turned for minutes before a later pass begins still have a phase within its limits.
 #[test]
 fn later_passes_can_be_planned() {
-    let text = include_str!("../models/scenarios/three-pass-thin.toml");
+    let text = include_str!("../../models/scenarios/three-pass-thin.toml");
     let scenario = Scenario::from_toml(text).expect("a scenario");
     let request = PlanRequest {
         most: 1,

@@ -1,0 +1,52 @@
+//! The integration tests, one binary: `cargo test --release --test it NAME` runs the tests of one file.
+
+#![allow(clippy::unwrap_used)]
+
+mod bad_input;
+mod browser;
+#[cfg(feature = "cli")]
+mod budget;
+mod budget_analytic;
+#[cfg(feature = "cli")]
+mod budget_named;
+mod budget_pages;
+#[cfg(feature = "cli")]
+mod cli;
+#[cfg(feature = "cli")]
+mod common;
+mod coordinates;
+mod foreign_bytes;
+mod formats;
+#[cfg(feature = "cli")]
+mod hostile;
+mod joint_derivatives;
+mod layers;
+mod laz;
+mod nist;
+mod patent_signs;
+#[cfg(feature = "cli")]
+mod plan;
+mod pool_calibration;
+mod proj;
+mod rail;
+#[cfg(feature = "cli")]
+mod rail_cli;
+#[cfg(feature = "cli")]
+mod rail_parquet;
+mod ransac;
+mod rays;
+mod recorders_mutants;
+mod recorders_real;
+mod report;
+mod scenarios;
+mod sequential_path;
+mod simulate;
+mod simulate_rays;
+mod spheres;
+mod survey_files;
+mod template;
+mod usbl;
+#[cfg(feature = "cli")]
+mod usbl_cli;
+mod usbl_real;
+mod week;
