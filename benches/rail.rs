@@ -35,7 +35,7 @@ fn simulation(bencher: divan::Bencher) {
     bencher.bench(|| simulate(&scenario, &rail, 1));
 }
 
-#[divan::bench(sample_count = 10, args = [Method::Sequential, Method::Joint])]
+#[divan::bench(sample_count = 10, args = [Method::Reference, Method::Joint])]
 fn calibration(bencher: divan::Bencher, method: Method) {
     let (scenario, rail) = scenario();
     let survey = simulate(&scenario, &rail, 1).expect("a survey");

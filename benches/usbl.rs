@@ -37,7 +37,7 @@ fn simulate_a_survey(bencher: Bencher) {
 #[divan::bench]
 fn reference_path(bencher: Bencher) {
     let survey = survey();
-    bencher.bench(|| run(&survey, Method::Sequential));
+    bencher.bench(|| run(&survey, Method::Reference));
 }
 
 /// And the joint path, with its attitude states and data snooping?

@@ -1,4 +1,4 @@
-//! Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true.
+//! Boresight angles and lever arms of survey sensors by least-squares adjustment, with standard deviations that hold.
 //!
 //! ```
 //! use boresight::procedures::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
@@ -66,7 +66,8 @@ pub mod prelude {
     pub use crate::target::{Target, TargetModel, WallModel};
 }
 
-/// The code in `docs/` compiles and runs as tests.
+/// The code in README and `docs/` compiles and runs as tests.
 #[cfg(doctest)]
+#[doc = include_str!("../README.md")]
 #[doc = include_str!("../docs/conventions.md")]
 pub struct DocsPages;

@@ -8,7 +8,7 @@ use crate::adjust::Kernel;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Method {
     /// The reference path only.
-    Sequential,
+    Reference,
     /// The joint path only.
     Joint,
     /// Both, compared.
@@ -21,7 +21,7 @@ impl Method {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Sequential => "sequential",
+            Self::Reference => "reference",
             Self::Joint => "joint",
             Self::Both => "both",
         }

@@ -116,7 +116,7 @@ fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
 fn chosen(result: &Calibration, name: SolutionName) -> (&'static str, Option<&Solution>) {
     let solutions = &result.solutions;
     match name {
-        SolutionName::Sequential => ("reference", solutions.reference.as_ref()),
+        SolutionName::Reference => ("reference", solutions.reference.as_ref()),
         SolutionName::Joint => ("joint", solutions.joint.as_ref()),
         SolutionName::JointSimple => ("joint_simple", solutions.joint_simple.as_ref()),
     }

@@ -10,113 +10,139 @@ use crate::calibrate::choices::Method;
 use crate::calibrate::vary::Vary;
 use crate::procedures;
 
-const ABOUT: &str = "Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true";
+const ABOUT: &str = "Boresight angles and lever arms of survey sensors by least-squares adjustment, with standard deviations that hold";
 
-const LONG_ABOUT: &str = "\
-Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true.
-
-How is the sensor really mounted? Three procedures, each by two paths that are compared: the reference procedure of a patent, step \
-after step, and one joint adjustment of everything, which also states standard deviations, correlations and what the data do not \
-determine. Pool: a multibeam echo sounder against a wall that a calibrated laser scanner sees too. USBL: a transducer against surveyed \
-beacons. Rail: laser profilers on a measuring beam against a standard rail. The survey file says which.";
+/// What the program is for, with one line for each procedure.
+fn long_about() -> String {
+    let procedures: Vec<String> = procedures::ALL
+        .iter()
+        .map(|p| format!("  {:8} {}", p.name(), p.about()))
+        .collect();
+    format!(
+        "{ABOUT}.\n\n\
+        How is the sensor really mounted? Each procedure answers by two paths that are compared: the reference path of its source \
+        document, step after step, and one joint adjustment of everything, which also states standard deviations, correlations and \
+        what the data do not determine. The survey file says which procedure it is for.\n\nPROCEDURES\n{}",
+        procedures.join("\n")
+    )
+}
 
 const AFTER: &str = "\
 EXAMPLES
-  boresight demo                          the whole job with no input: simulate, calibrate, report
-  boresight demo usbl                     the same for a USBL transducer; boresight demo rail for profilers
-  boresight calibrate survey.toml         calibrate your own data by both paths
-  boresight check survey.toml             before that: is everything readable, what will the geometry determine?
-  boresight calibrate survey.toml --json | jq .solutions.joint.mounting_deg
+  boresight demo                   simulate, calibrate, report: no input needed
+  boresight template pool          a survey file to fill in
+  boresight check survey.toml      is everything readable, what will it determine?
+  boresight calibrate survey.toml  calibrate your own data by both paths
+  boresight calibrate survey.toml --json | jq .solutions.joint.parameters
   boresight apply survey.toml --calibration result.json --out cloud.laz
-  boresight budget scenario.toml --trials 1000 --single 200
-                                          which error source costs how much of which parameter, by which path?
+  boresight budget scenario.toml --trials 1000
+                                   which error source costs how much?
   boresight plan scenario.toml --distance 4,6,8
-                                          which pass to sail next, and how many are needed?
-  boresight completions bash > ~/.local/share/bash-completion/completions/boresight
+                                   which pass to sail next, how many are needed?
 
 FILES
-  survey.toml    names the procedure, the observations' files and their noise; paths are relative to it
-  target.toml    the target in its own frame: kind = \"pool-wall\" or free-form \"faces\"
-  result.json    everything that was found, with units in the names; same input and seed, same bytes
+  survey.toml    the procedure, the files of the observations, their noise;
+                 paths are relative to it
+  target.toml    the target in its own frame
+  result.json    everything that was found, units in the names; the same input
+                 and seed give the same bytes
   report.html    the same with pictures; one file, opens offline
+  parameters.csv the numbers to enter, with their standard deviations
 
 EXIT CODES
   0   a usable result
-  1   the run ended without a usable result; result.json and report.html say why (usable: false)
-  2   bad usage or bad input, found before solving; nothing was written
+  1   no usable result; result.json and report.html say why (usable: false)
+  2   bad usage or bad input; nothing was written
   130 budget was stopped by Ctrl-C; its trials are kept";
 
 const BUDGET_AFTER: &str = "\
 EXAMPLES
-  Errors of both paths and the honesty of the reported uncertainty, from 1000 simulated surveys:
+  Errors of both paths, and are the reported sigmas right? 1000 surveys:
     boresight budget models/scenarios/single-pass-thin.toml --trials 1000
 
   The same, and what each source does alone (200 surveys each):
-    boresight budget models/scenarios/single-pass-thin.toml --trials 1000 --single 200
+    boresight budget models/scenarios/single-pass-thin.toml \\
+      --trials 1000 --single 200
 
-  What the errors claimed in a survey file do to that survey's own calibration:
+  What the errors claimed in a survey file do to its own calibration:
     boresight budget survey.toml
 
-  A USBL or rail scenario (200 trials of all sources and 50 of each alone unless you say otherwise):
+  A scenario whose procedure has no propagation runs 200 trials of all sources
+  and 50 of each alone unless you say otherwise:
     boresight budget models/scenarios/usbl.toml
 
-  Which tilt of the multibeam is best? 30 to 60 degrees in steps of 5, 200 surveys at each:
-    boresight budget scenario.toml --trials 200 --vary multibeam.tilt_deg=30:60:5
+  Which tilt of the multibeam is best? 30 to 60 degrees in steps of 5:
+    boresight budget scenario.toml --trials 200 \\
+      --vary multibeam.tilt_deg=30:60:5
 
   INS drift against distance, a table of pairs:
     boresight budget scenario.toml --trials 100 \\
-      --vary trajectory.position_drift_sigma_m=0.001,0.005,0.02 --vary 'pass.*.distance_m=5:9:2'
+      --vary trajectory.position_drift_sigma_m=0.001,0.005,0.02 \\
+      --vary 'pass.*.distance_m=5:9:2'
 
-  A long run, stopped with Ctrl-C and gone on with later, also with more trials or on another number of threads:
+  A long run, stopped with Ctrl-C and continued later, also with more trials or
+  on another number of threads:
     boresight budget scenario.toml --trials 10000 --out big
     boresight budget scenario.toml --trials 10000 --out big --resume
 
 KEYS OF --vary
-  A dotted path in the scenario file, in its units: trajectory.position_drift_sigma_m, multibeam.beams,
-  multibeam.mounting_deg.roll, sources.gross_errors (a factor). pass.0.distance_m is of the first pass, pass.*.distance_m of
-  every one, lidar.mounting_sigma_deg.2 the third of a list. multibeam.tilt_deg stands for -multibeam.mounting_deg.roll.
+  A dotted path in the scenario file, in its units:
+    trajectory.position_drift_sigma_m, multibeam.beams,
+    multibeam.mounting_deg.roll
+    sources.gross_errors             a factor
+    pass.0.distance_m                of the first pass; pass.*.distance_m of all
+    lidar.mounting_sigma_deg.2       the third of a list
+    multibeam.tilt_deg               stands for -multibeam.mounting_deg.roll
 
 FILES WRITTEN
   OUT/report.html   pictures first; one file, opens offline
   OUT/result.json   every figure, with units in the names
   OUT/budget.csv    one row per path, source and parameter
   OUT/sweep.csv     one row per point, path and parameter, with --vary
-  OUT/trials/       the ledgers: one line per trial with its errors and covariance, for research of your own
+  OUT/trials/       the ledgers: one line per trial with its errors and
+                    covariance, for research of your own
 
 EXIT CODES
-  0 done, 1 done but no trial had a usable joint result, 2 bad input (nothing written),
-  130 stopped by Ctrl-C: running trials were finished, all are kept, --resume goes on (a second Ctrl-C ends at once)";
+  0 done, 1 done but no trial had a usable joint result, 2 bad input (nothing
+  written), 130 stopped by Ctrl-C: running trials were finished, all are kept,
+  continue with --resume (a second Ctrl-C ends at once)";
 
 const PLAN_AFTER: &str = "\
 HOW IT WORKS
-  Every candidate is simulated without errors and linearised once: what it would tell of angles, lever arm, planes and scanner. What
-  the passes tell is added, what is known before counts once. From that follow the standard deviations after any set of passes,
-  without a single observation. The next pass is always the one that makes the criterion smallest.
+  Every candidate is simulated without errors and linearised once: what it would
+  tell of angles, lever arm, planes and scanner. What the passes tell is added,
+  what is known before counts once. That gives the standard deviations after any
+  set of passes, without a single observation. The next pass is always the one
+  that makes the criterion smallest.
 
 EXAMPLES
-  The scenario's passes are sailed; which distance should be next, and how often?
+  The scenario's passes are sailed; which distance next, and how often?
     boresight plan models/scenarios/single-pass.toml --distance 4,6,8,12
 
-  A survey from scratch, both ways and with a crab angle, until 0.02 degrees and 5 mm are reached:
-    boresight plan scenario.toml --from-scratch --distance 5,9 --crab -10,0,10 --both-directions \\
+  A survey from scratch, both ways and with a crab angle, to 0.02 deg and 5 mm:
+    boresight plan scenario.toml --from-scratch --distance 5,9 \\
+      --crab -10,0,10 --both-directions \\
       --wanted pitch=0.02,roll=0.02,yaw=0.02,lx=5,ly=5,lz=5
 
-  Which tilt of the multibeam, which blocks on the wall? Values that one survey cannot mix are compared, not combined:
+  Which tilt of the multibeam, which blocks on the wall? Values that one survey
+  cannot mix are compared, not combined:
     boresight plan scenario.toml --vary multibeam.tilt_deg=20:60:5
-    boresight plan scenario.toml --vary target.model.block_leg_m=0.5:2:0.25 --vary target.model.block_height_m=0.3,0.6,1
+    boresight plan scenario.toml --vary target.model.block_leg_m=0.5:2:0.25 \\
+      --vary target.model.block_height_m=0.3,0.6,1
 
 FILES WRITTEN
-  OUT/plan.html   pictures: what each pass gains, candidates compared, the courses from above; one file, opens offline
+  OUT/plan.html   pictures: what each pass gains, candidates compared, the
+                  courses from above; one file, opens offline
   OUT/plan.json   every figure, with units in the names
   OUT/plan.csv    one row per candidate, chosen pass and value
 
 EXIT CODES
-  0 planned, also where no number of passes reaches what is wanted (the plan says which parameter, and its floor),
-  2 bad input (nothing written)";
+  0 planned, also where no number of passes reaches what is wanted (the plan
+  says which parameter, and its limit), 2 bad input (nothing written)";
 
 /// The command line.
 #[derive(Debug, Parser)]
-#[command(name = "boresight", version, about = ABOUT, long_about = LONG_ABOUT, after_long_help = AFTER)]
+#[command(name = "boresight", version, about = ABOUT, long_about = long_about(), after_long_help = AFTER)]
 #[command(
     after_help = "Exit codes: 0 usable result, 1 no usable result, 2 bad usage or input. More with --help."
 )]
@@ -156,7 +182,7 @@ pub struct Common {
 pub enum Command {
     /// Simulate a survey, calibrate it by both paths and write the report: the main job with no input
     #[command(
-        long_about = "Simulate the built-in survey of a procedure (pool, usbl or rail), calibrate it by both paths, compare with the truth and write the report.\n\n\
+        long_about = "Simulate the built-in survey of a procedure, calibrate it by both paths, compare with the truth and write the report.\n\n\
         The survey's files are written too, so that you can look at the formats and run `boresight calibrate` on them."
     )]
     #[command(
@@ -167,17 +193,16 @@ pub enum Command {
     /// Calibrate a survey
     #[command(
         long_about = "Run the calibration that the survey file names and write result.json and report.html.\n\n\
-        With --method both (the default) the joint path decides whether the result is usable; the sequential one is compared with it."
+        With --method both (the default) the joint path decides whether the result is usable; the reference path is compared with it."
     )]
     #[command(
-        after_long_help = "EXAMPLES\n  boresight calibrate survey.toml\n  boresight calibrate survey.toml --method joint --simple --out run1\n\n\
+        after_long_help = "EXAMPLES\n  boresight calibrate survey.toml\n  boresight calibrate survey.toml --method joint --out run1\n\n\
         EXIT CODES\n  0 usable, 1 no usable result (written with usable: false), 2 bad input (nothing written)"
     )]
     Calibrate(Calibrate),
     /// Simulate a scenario: a complete survey with its truth
     #[command(
-        long_about = "Simulate a scenario file: trajectory, laser points, soundings, target and survey file in the documented \
-        formats, and truth.json with the answer.\n\nEvery error source has its own random stream: switching one off under [sources] \
+        long_about = "Simulate a scenario file: a whole survey, every file in the documented formats, and truth.json with the answer.\n\nEvery error source has its own random stream: switching one off under [sources] \
         leaves the numbers of the others as they were."
     )]
     #[command(
@@ -213,11 +238,11 @@ pub enum Command {
     /// Find out which error source costs how much of which parameter, by which path
     #[command(
         long_about = "Without --trials: propagate every error source of a scenario through the derivatives of both paths: bias, \
-        standard deviation and share of variance of each of the six parameters, the Cramer-Rao bound and each path's efficiency. \
+        standard deviation and share of variance of each parameter, the Cramer-Rao bound and each path's efficiency. \
         Takes seconds.\n\n\
         With --trials: also simulate the scenario many times, calibrate every survey by both paths and compare with the truth and \
         with the propagation: bias and standard deviation by the joint path, the reference path and its projected variant; each \
-        source alone (--single); whether the reported uncertainty is true; how all of that changes with one or two scenario \
+        source alone (--single); whether the reported sigmas are right; how all of that changes with one or two scenario \
         values (--vary).\n\n\
         Trials are independent, use all cores and need no files but a ledger of one line each. All sets of trials use the same \
         seeds, so that differences between them are not noise. No trial is left out: one without a usable result is counted with \
@@ -292,8 +317,9 @@ pub struct Calibrate {
 /// Which paths run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MethodName {
-    /// The patent's: angles, then offsets
-    Sequential,
+    /// The source document's, step after step
+    #[value(alias = "sequential")]
+    Reference,
     /// One adjustment of everything
     Joint,
     /// Both, compared
@@ -303,7 +329,7 @@ pub enum MethodName {
 impl From<MethodName> for Method {
     fn from(name: MethodName) -> Self {
         match name {
-            MethodName::Sequential => Self::Sequential,
+            MethodName::Reference => Self::Reference,
             MethodName::Joint => Self::Joint,
             MethodName::Both => Self::Both,
         }
@@ -355,8 +381,9 @@ pub struct Apply {
 pub enum SolutionName {
     /// The rigorous joint adjustment
     Joint,
-    /// The sequential path
-    Sequential,
+    /// The reference path
+    #[value(alias = "sequential")]
+    Reference,
     /// The simple joint model
     JointSimple,
 }

@@ -208,7 +208,7 @@ fn a_plane_that_the_scanner_did_not_see_is_named() {
         campaign: &campaign,
         target: &s.target,
         prior: &s.prior,
-        method: Method::Sequential,
+        method: Method::Reference,
         sequential: &sequential,
         joint: &joint,
         seed: 1,

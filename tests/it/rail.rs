@@ -225,7 +225,7 @@ fn without_noise_the_hausdorff_curves_fall_towards_the_bias() {
     let outcome = calibrate(&RailInput {
         campaign: &survey.campaign,
         rail: &rail,
-        method: Method::Sequential,
+        method: Method::Reference,
         reference: &reference,
         joint: &joint,
     });

@@ -103,7 +103,7 @@ fn one_beacon_ends_with_1_and_a_reason() {
         said.contains("The mounting cannot be determined."),
         "{said}"
     );
-    for method in ["joint", "sequential", "both"] {
+    for method in ["joint", "reference", "both"] {
         let arguments = [
             "calibrate",
             "survey/survey.toml",

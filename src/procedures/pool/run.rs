@@ -220,7 +220,7 @@ fn calibrate_scene<'a>(
         let again = further.iter().map(|c| run_sequential(&outcome, &held, c));
         outcome.further = again.collect();
     }
-    if input.method != Method::Sequential {
+    if input.method != Method::Reference {
         let start = JointStart {
             mounting: rough.mounting,
             planes: &outcome.planes,

@@ -202,7 +202,7 @@ impl Refusal {
     pub fn of_solution(outcome: &PoolOutcome, input: &PoolInput) -> Option<Self> {
         match (&outcome.joint, &outcome.sequential) {
             (Some(joint), _) => Self::of_joint(joint, input),
-            (None, Some(Err(error))) if input.method == Method::Sequential => {
+            (None, Some(Err(error))) if input.method == Method::Reference => {
                 Some(Self::Sequential {
                     message: error.to_string(),
                 })

@@ -85,7 +85,7 @@ pub fn calibrate<'a>(input: &RailInput<'a>) -> RailOutcome<'a> {
             .collect();
         each.into_iter().collect()
     });
-    let by_joint = (input.method != Method::Sequential).then(|| {
+    let by_joint = (input.method != Method::Reference).then(|| {
         let start = start_from(&scene, input.reference, points.as_ref());
         joint(&scene, input.joint, &start)
     });

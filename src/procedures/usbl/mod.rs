@@ -76,7 +76,7 @@ pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError
     let scene = Scene::new(input.campaign)?;
     let reference =
         (input.method != Method::Joint).then(|| reference::run(&scene, &input.reference));
-    let (joint, refusal) = if input.method == Method::Sequential {
+    let (joint, refusal) = if input.method == Method::Reference {
         let failed = reference.as_ref().and_then(|r| r.as_ref().err());
         (None, failed.map(Refusal::of_reference))
     } else {

@@ -110,7 +110,7 @@ fn tables(solutions: &Solutions, usable: bool) -> Vec<Convention> {
 
 /// One entry per path that was asked for, whether it came to run or not.
 fn solutions(outcome: &PoolOutcome, input: &PoolInput) -> Solutions {
-    let joint = input.method != Method::Sequential;
+    let joint = input.method != Method::Reference;
     let simple = JointConfig {
         planes: Planes::Fixed,
         drift: Drift::Off,

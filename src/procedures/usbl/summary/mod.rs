@@ -71,7 +71,7 @@ pub fn result(
 /// One entry per path that was asked for.
 fn solutions(outcome: &UsblOutcome, input: &UsblInput) -> serde_json::Result<Solutions> {
     let reference = (input.method != Method::Joint).then(|| reference(outcome, input));
-    let joint = (input.method != Method::Sequential).then(|| joint(outcome, input));
+    let joint = (input.method != Method::Reference).then(|| joint(outcome, input));
     Ok(Solutions {
         reference: reference.transpose()?,
         joint: joint.transpose()?,
