@@ -99,7 +99,7 @@ pub fn one_step(g: &adjust::GroupQuality, about: &str) -> (Option<(f64, f64)>, S
     let factor = g.omega / g.redundancy;
     let sigma = factor * (2.0 / g.redundancy).sqrt();
     let note = format!(
-        "one step: weighted squares by redundancy of the last adjustment, what the kernel takes from normal residuals given back; {about}"
+        "one step: weighted squares by redundancy of the last adjustment, corrected for what the robust kernel takes off normal residuals; {about}"
     );
     (Some((factor, sigma)), note)
 }

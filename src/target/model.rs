@@ -129,7 +129,7 @@ fn too_many(models: &[FaceModel]) -> Option<String> {
 fn face_faults(models: &[FaceModel]) -> Vec<String> {
     let mut faults = vec![];
     if models.is_empty() {
-        faults.push("no [[face]] found, expected at least one".to_owned());
+        faults.push("no [[face]], expected at least one".to_owned());
     }
     for (k, model) in models.iter().enumerate() {
         if models[..k].iter().any(|m| m.name == model.name) {

@@ -112,10 +112,18 @@ pub fn parse_target(path: &Path, text: &str) -> Result<(TargetModel, Target), Su
         problems: error
             .faults
             .iter()
-            .map(|fault| Problem::new(path, "dimensions", fault, "a target that can be built"))
+            .map(|fault| dimension(path, fault))
             .collect(),
     })?;
     Ok((model, target))
+}
+
+/// An impossible dimension as a problem; most say themselves what was expected.
+fn dimension(path: &Path, fault: &str) -> Problem {
+    let (found, expected) = fault
+        .split_once(", expected ")
+        .unwrap_or((fault, "a target that can be built"));
+    Problem::new(path, "dimensions", found, expected)
 }
 
 /// Where the files are, relative to the working directory.
