@@ -19,6 +19,7 @@ mod samples;
 mod solution;
 mod swath;
 mod usbl;
+mod verdict;
 mod write;
 
 pub use budget::{
@@ -62,6 +63,7 @@ pub use usbl::{
     UsblBeacon, UsblFixSample, UsblIteration, UsblJoint, UsblPrintedAngles, UsblReference,
     UsblResiduals, UsblResult, UsblSamples, UsblSolutions, UsblTruth, UsblVerification,
 };
+pub use verdict::{Finding, Severity, Verdict, VerdictState};
 pub use write::{WriteError, write_whole};
 
 /// A 3 by 3 matrix by rows.

@@ -13,6 +13,7 @@
 //! | [`verdict`] | when there is no usable result |
 //! | [`influence`] | first derivatives of both paths by every observation's error |
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
+//! | [`survey`] | survey and scenario files |
 //! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
 //! | [`designed`] | what a pass would tell whose mounting and target are known |
@@ -32,6 +33,7 @@ pub mod run;
 pub mod scene;
 pub mod sequential;
 pub mod summary;
+pub mod survey;
 pub mod ties;
 pub mod verdict;
 
