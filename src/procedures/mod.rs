@@ -2,4 +2,5 @@
 
 pub mod pool;
 pub mod rail;
+pub mod seabed;
 pub mod usbl;

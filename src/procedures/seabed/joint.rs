@@ -377,11 +377,10 @@ impl<'a> Work<'a> {
         sought: &Sought,
         dropped: usize,
     ) -> f64 {
-        let steps = (0..COUNT).filter(|k| sought.parameters[*k]).map(|k| {
-            (passed.solved.step[k] / passed.solved.sigma(k).max(f64::MIN_POSITIVE)).abs()
-        });
+        let steps = (0..COUNT)
+            .filter(|k| sought.parameters[*k])
+            .map(|k| (passed.solved.step[k] / passed.solved.sigma(k).max(f64::MIN_POSITIVE)).abs());
         let step_sigmas = steps.fold(0.0, f64::max);
-        if std::env::var("SEABED_DEBUG").is_ok() { let x: Vec<String> = (0..COUNT).map(|k| format!("{:+.2}", passed.solved.step[k] / passed.solved.sigma(k))).collect(); eprintln!("{phase} {}", x.join(" ")); }
         self.passes.push(Pass {
             phase,
             tiles: tiles.len(),
@@ -427,8 +426,7 @@ impl<'a> Work<'a> {
     ) -> Result<Joint, JointError> {
         let sought = self.sought(true);
         let passed = self.pass(&tiles, &sought, COARSE_PASSES + self.config.max_passes)?;
-        let sandwich =
-            sandwich_variances(self.scene, &self.states, &passed.blocks, &passed.solved);
+        let sandwich = sandwich_variances(self.scene, &self.states, &passed.blocks, &passed.solved);
         let covariance = |a: usize, b: usize| {
             let held = !sought.parameters[a] || !sought.parameters[b];
             if held {

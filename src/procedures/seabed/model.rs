@@ -234,8 +234,12 @@ impl<'a> Locator<'a> {
     fn heave(&self, time_s: f64) -> Option<[f64; 2]> {
         let here = self.heave_at(time_s)?;
         let (late_s, early_s) = (time_s + RATE_STEP_S, time_s - RATE_STEP_S);
-        let (late, late_s) = self.heave_at(late_s).map_or((here, time_s), |h| (h, late_s));
-        let (early, early_s) = self.heave_at(early_s).map_or((here, time_s), |h| (h, early_s));
+        let (late, late_s) = self
+            .heave_at(late_s)
+            .map_or((here, time_s), |h| (h, late_s));
+        let (early, early_s) = self
+            .heave_at(early_s)
+            .map_or((here, time_s), |h| (h, early_s));
         Some([here, (late - early) / (late_s - early_s).max(1e-9)])
     }
 

@@ -155,15 +155,18 @@ pub fn block(
                 rows.set(k, c, &part.of(columns[*unknown]));
             }
         }
-        each_state(scene, states, placed, k, sought, |component, state, weight| {
-            if let Ok(c) = unknowns.binary_search(&(COUNT + state)) {
-                rows.set(
-                    k,
-                    c,
-                    &(located.state_column(component, &adjusted) * weight),
-                );
-            }
-        });
+        each_state(
+            scene,
+            states,
+            placed,
+            k,
+            sought,
+            |component, state, weight| {
+                if let Ok(c) = unknowns.binary_search(&(COUNT + state)) {
+                    rows.set(k, c, &(located.state_column(component, &adjusted) * weight));
+                }
+            },
+        );
         rows.set_warps(k, unknowns.len(), &(points.at_m[k].xy() / sought.warp_m));
     }
     let (information, score) = rows.without_warps(unknowns.len())?;
@@ -421,7 +424,8 @@ fn solve_alone(matrix: &mut Mat<f64>, right: &mut Mat<f64>) -> Option<()> {
     let mut room = MemBuffer::new(factor_room.or(solve_room));
     let stack = MemStack::new(&mut room);
     let regularisation = llt::factor::LltRegularization::default();
-    llt::factor::cholesky_in_place(matrix.as_mut(), regularisation, Par::Seq, stack, params).ok()?;
+    llt::factor::cholesky_in_place(matrix.as_mut(), regularisation, Par::Seq, stack, params)
+        .ok()?;
     llt::solve::solve_in_place(matrix.as_ref(), right.as_mut(), Par::Seq, stack);
     Some(())
 }

@@ -220,9 +220,7 @@ mod tests {
     #[test]
     fn the_draw_is_the_same_on_one_thread() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-        let alone = pool
-            .expect("a pool")
-            .install(|| cut().tiles(&candidates()));
+        let alone = pool.expect("a pool").install(|| cut().tiles(&candidates()));
         assert_eq!(alone, cut().tiles(&candidates()));
     }
 
@@ -232,7 +230,11 @@ mod tests {
         for c in all.iter_mut().filter(|c| c.sounding % 31 == 0) {
             c.point_m.z += 0.5;
         }
-        let tiles = Cut { tiles: 1000, ..cut() }.tiles(&all);
+        let tiles = Cut {
+            tiles: 1000,
+            ..cut()
+        }
+        .tiles(&all);
         let drawn = tiles.iter().flat_map(|t| &t.members);
         assert!(drawn.copied().all(|k| k % 31 != 0));
     }
