@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | [`procedure`] | the calibration behind the seam |
 //! | [`run`] | the whole in memory: [`run::calibrate`] |
 //! | [`scene`] | trajectory, refined target pose, rough mounting |
 //! | [`frame`] | how the refined pose follows each laser point |
@@ -19,6 +20,7 @@
 //! | [`designed`] | what a pass would tell whose mounting and target are known |
 
 pub mod apply;
+mod check;
 pub mod conditions;
 pub mod config;
 pub mod coverage;
@@ -29,6 +31,7 @@ pub mod joint;
 pub mod planes;
 mod poses;
 pub mod preview;
+pub mod procedure;
 pub mod run;
 pub mod scene;
 pub mod sequential;

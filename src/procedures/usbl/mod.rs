@@ -9,18 +9,22 @@
 //! | [`start`] | a start that gross errors do not move |
 //! | [`joint`] | the joint path |
 //! | [`verify`](mod@verify) | the patent's verification: predicted against surveyed beacons |
+//! | [`procedure`] | the calibration behind the seam |
+//! | [`trials`] | a scenario on trial, for the error budget |
 //! | [`verdict`] | what cannot be determined, in words |
 //! | [`summary`] | the outcome as `result.json` |
 
 pub mod conditions;
 pub mod config;
 pub mod joint;
+pub mod procedure;
 pub mod reference;
 pub mod scene;
 pub mod simulate;
 pub mod start;
 pub mod summary;
 pub mod survey;
+pub mod trials;
 pub mod verdict;
 pub mod verify;
 
