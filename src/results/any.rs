@@ -1,6 +1,8 @@
 //! The result of any procedure with what its pictures are drawn from.
 
-use super::{PoolResult, RailResult, RailSamples, ReportSamples, UsblResult, UsblSamples};
+use super::{
+    PoolResult, RailResult, RailSamples, ReportSamples, SeabedResult, UsblResult, UsblSamples,
+};
 
 /// One of the procedures' results.
 #[derive(Clone, Debug)]
@@ -11,6 +13,8 @@ pub enum AnyResult {
     Usbl(Box<UsblResult>, Box<UsblSamples>),
     /// Of a rail calibration.
     Rail(Box<RailResult>, Box<RailSamples>),
+    /// Of a seabed calibration.
+    Seabed(Box<SeabedResult>),
 }
 
 impl AnyResult {
@@ -21,6 +25,7 @@ impl AnyResult {
             Self::Pool(result, _) => result.usable,
             Self::Usbl(result, _) => result.usable,
             Self::Rail(result, _) => result.usable,
+            Self::Seabed(result) => result.usable,
         }
     }
 }

@@ -135,6 +135,30 @@ pub fn joint(scene: &Scene, config: &SeabedConfig) -> Result<Joint, JointError> 
     work.finish(tiles, converged, screened)
 }
 
+/// Where lines meet, before anything is solved.
+#[derive(Clone, Debug)]
+pub struct Overlap {
+    /// Which soundings passed the screen.
+    pub alive: Vec<bool>,
+    /// Tiles that at least two lines sounded, at the nominal mounting.
+    pub tiles: Vec<Tile>,
+}
+
+/// Screens a survey and looks where its lines meet.
+///
+/// # Errors
+/// [`JointError`] where they do not.
+pub fn overlap(scene: &Scene, config: &SeabedConfig) -> Result<Overlap, JointError> {
+    let mut work = Work::new(scene, config);
+    work.screen()?;
+    let cut = work.cut(config.tile_m, 2, config.max_tiles, 0);
+    let tiles = work.overlap(cut.tiles(&work.candidates(COARSE_SOUNDINGS)?))?;
+    Ok(Overlap {
+        alive: work.alive,
+        tiles,
+    })
+}
+
 /// Soundings of which the coarse phase and the field's tiles are drawn at most.
 const COARSE_SOUNDINGS: usize = 300_000;
 /// Tiles that the field's parameters are estimated from.

@@ -7,6 +7,7 @@
 //! | [`screen`], [`tiles`], [`field`], [`reml`] | gross errors; pieces of seabed; collocation; the field's parameters |
 //! | [`normal`], [`joint()`] | the adjustment |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
+//! | [`simulate`](mod@simulate) | surveys of a known seabed |
 //! | [`reference`](mod@reference) | the classical patch test, and the paper's overall adjustment |
 
 pub mod config;
@@ -15,11 +16,15 @@ pub mod joint;
 pub mod layout;
 pub mod model;
 pub mod normal;
+pub mod procedure;
 pub mod reference;
 pub mod reml;
+pub mod run;
 pub mod scene;
 pub mod screen;
+pub mod simulate;
 pub mod states;
+mod summary;
 pub mod survey;
 pub mod tiles;
 pub mod verdict;
@@ -28,5 +33,6 @@ pub use config::SeabedConfig;
 pub use joint::{Joint, JointError, joint};
 pub use layout::Layout;
 pub use reference::{Patch, PatchConfig, patch_test};
+pub use run::{SeabedInput, SeabedOutcome, calibrate};
 pub use scene::Scene;
 pub use verdict::{Judgement, judge};

@@ -2,6 +2,7 @@
 
 use argmin::core::{CostFunction, Error, Executor, State};
 use argmin::solver::neldermead::NelderMead;
+use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
 use rayon::prelude::*;
 
 use super::field::{Field, Points};
@@ -60,7 +61,29 @@ struct Deviance<'a> {
     bounds: Bounds,
 }
 
-fn field_of(log: &[f64]) -> Field {
+/// Logarithms of the three parameters, as the simplex moves them.
+#[derive(Clone, Debug)]
+struct Logs([f64; 3]);
+
+impl ArgminAdd<Self, Self> for Logs {
+    fn add(&self, other: &Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k] + other.0[k]))
+    }
+}
+
+impl ArgminSub<Self, Self> for Logs {
+    fn sub(&self, other: &Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k] - other.0[k]))
+    }
+}
+
+impl ArgminMul<f64, Self> for Logs {
+    fn mul(&self, factor: &f64) -> Self {
+        Self(self.0.map(|x| x * factor))
+    }
+}
+
+fn field_of(log: &[f64; 3]) -> Field {
     Field {
         sigma_m: log[0].exp(),
         length_m: log[1].exp(),
@@ -70,7 +93,7 @@ fn field_of(log: &[f64]) -> Field {
 
 impl Deviance<'_> {
     /// The deviance, and outside the bounds that at the nearest allowed parameters plus a rising wall.
-    fn of(&self, log: &[f64]) -> f64 {
+    fn of(&self, log: &[f64; 3]) -> f64 {
         let wanted = field_of(log);
         let inside = |k: usize| {
             let (x, [low, high]) = self.bounds.of(&wanted)[k];
@@ -99,11 +122,11 @@ impl Deviance<'_> {
 }
 
 impl CostFunction for Deviance<'_> {
-    type Param = Vec<f64>;
+    type Param = Logs;
     type Output = f64;
 
-    fn cost(&self, log: &Vec<f64>) -> Result<f64, Error> {
-        Ok(self.of(log))
+    fn cost(&self, log: &Logs) -> Result<f64, Error> {
+        Ok(self.of(&log.0))
     }
 }
 
@@ -116,18 +139,18 @@ pub fn restricted_likelihood(tiles: &[Points], start: &Field, bounds: &Bounds) -
     if tiles.is_empty() {
         return None;
     }
-    let middle = vec![
+    let middle = [
         start.sigma_m.ln(),
         start.length_m.ln(),
         start.noise_factor.ln(),
     ];
     let corner = |k: usize, by: f64| {
-        let mut vertex = middle.clone();
+        let mut vertex = middle;
         vertex[k] += by;
-        vertex
+        Logs(vertex)
     };
     let simplex = vec![
-        middle.clone(),
+        Logs(middle),
         corner(0, 0.7),
         corner(1, 0.6),
         corner(2, 0.25),
@@ -143,7 +166,7 @@ pub fn restricted_likelihood(tiles: &[Points], start: &Field, bounds: &Bounds) -
         .timer(false)
         .run()
         .ok()?;
-    let best = field_of(done.state().get_best_param()?);
+    let best = field_of(&done.state().get_best_param()?.0);
     let [sigma, length, factor] = bounds.of(&best).map(|(x, [low, high])| x.clamp(low, high));
     Some(Field {
         sigma_m: sigma,
