@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use super::{
-    ReportError, Written, json, rail, seabed, text, usbl, write_all, write_rail, write_usbl,
-};
+use super::{ReportError, Written, json, rail, text, usbl, write_all, write_rail, write_usbl};
 use crate::results::AnyResult;
 
 /// The summary for the terminal. Ends with a newline.
@@ -14,7 +12,6 @@ pub fn summary(result: &AnyResult) -> String {
         AnyResult::Pool(result, _) => text::summary(result),
         AnyResult::Usbl(result, _) => usbl::summary(result),
         AnyResult::Rail(result, _) => rail::summary(result),
-        AnyResult::Seabed(result) => seabed::summary(result),
     }
 }
 
@@ -27,7 +24,6 @@ pub fn to_bytes(result: &AnyResult) -> serde_json::Result<Vec<u8>> {
         AnyResult::Pool(result, _) => json::to_bytes(result),
         AnyResult::Usbl(result, _) => usbl::to_bytes(result),
         AnyResult::Rail(result, _) => rail::to_bytes(result),
-        AnyResult::Seabed(result) => json::lines(result.as_ref()),
     }
 }
 
@@ -40,6 +36,5 @@ pub fn write(folder: &Path, result: &AnyResult) -> Result<Written, ReportError> 
         AnyResult::Pool(result, samples) => write_all(folder, result, samples),
         AnyResult::Usbl(result, samples) => write_usbl(folder, result, samples),
         AnyResult::Rail(result, samples) => write_rail(folder, result, samples),
-        AnyResult::Seabed(result) => seabed::write_seabed(folder, result),
     }
 }

@@ -11,7 +11,6 @@ pub mod json;
 pub mod named_budget;
 pub mod plan;
 pub mod rail;
-pub mod seabed;
 pub mod text;
 pub mod usbl;
 
@@ -27,5 +26,4 @@ pub use headline::{SIGNIFICANCE, headline};
 pub use named_budget::{WrittenNamedBudget, write_named_budget};
 pub use plan::{WrittenPlan, write_plan};
 pub use rail::write_rail;
-pub use seabed::write_seabed;
 pub use usbl::write_usbl;

@@ -1,8 +1,6 @@
 //! The result of any procedure with what its pictures are drawn from.
 
-use super::{
-    PoolResult, RailResult, RailSamples, ReportSamples, SeabedResult, UsblResult, UsblSamples,
-};
+use super::{PoolResult, RailResult, RailSamples, ReportSamples, UsblResult, UsblSamples};
 
 /// One of the procedures' results.
 #[derive(Clone, Debug)]
@@ -13,8 +11,6 @@ pub enum AnyResult {
     Usbl(Box<UsblResult>, Box<UsblSamples>),
     /// Of a rail calibration.
     Rail(Box<RailResult>, Box<RailSamples>),
-    /// Of a seabed calibration.
-    Seabed(Box<SeabedResult>),
 }
 
 impl AnyResult {
@@ -25,7 +21,6 @@ impl AnyResult {
             Self::Pool(result, _) => result.usable,
             Self::Usbl(result, _) => result.usable,
             Self::Rail(result, _) => result.usable,
-            Self::Seabed(result) => result.usable,
         }
     }
 }

@@ -17,7 +17,6 @@ mod provenance;
 mod quality;
 mod rail;
 mod samples;
-mod seabed;
 mod solution;
 mod swath;
 mod usbl;
@@ -54,7 +53,6 @@ pub use rail::{
 pub use samples::{
     FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample, Truth,
 };
-pub use seabed::{SeabedMounting, SeabedParameter, SeabedResult, SeabedSolution, SeabedSolutions};
 pub use solution::{
     Angles, Estimate, ExtraParameter, JointIteration, JointSolution, MountingAngles,
     SequentialIteration, SequentialSolution, SixSigmas, SixValues, Status,
