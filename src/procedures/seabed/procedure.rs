@@ -2,23 +2,20 @@
 
 use std::path::Path;
 
-use nalgebra::Matrix3;
 use serde_json::{Value, json};
 
+use super::SeabedConfig;
 use super::joint::{JointError, overlap};
 use super::layout::Layout;
-use super::run::{SeabedInput, SeabedOutcome, calibrate};
+use super::run::{SeabedInput, calibrate};
 use super::simulate::{DEMO, SeabedScenario, SeabedTruth, parse_scenario, simulate, write};
 use super::summary;
 use super::survey::{LoadedSeabed, load};
-use super::{SeabedConfig, scene::Scene};
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
-    Simulated, TrueError, Uses, make_folder, provenance, read_truth,
+    Simulated, Uses, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
-use crate::geometry::rotation;
-use crate::results::AnyResult;
 use crate::ruled::Ruled;
 
 /// A multibeam over natural seabed.
@@ -77,11 +74,8 @@ impl Loaded for LoadedSeabed {
         let outcome = calibrate(&input);
         let provenance = provenance(&self.file, &self.inputs, settings)?;
         let result = summary::result(&outcome, &input, self.read, provenance);
-        Ok(Finished {
-            errors: truth.map_or_else(Vec::new, |t| errors(&outcome, &self.scene, &t)),
-            notes: vec![],
-            result: AnyResult::Seabed(Box::new(result)),
-        })
+        let page = summary::page(&outcome, &self.scene, &self.file.name, truth.as_ref());
+        Ok(Finished { result, page })
     }
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
@@ -144,47 +138,6 @@ fn checked(survey: &LoadedSeabed, layout: &Layout) -> Checked {
         }),
         determined: missing.is_empty(),
     }
-}
-
-/// Each path's errors against the truth: pitch, roll, yaw, latency.
-fn errors(outcome: &SeabedOutcome, scene: &Scene, truth: &SeabedTruth) -> Vec<TrueError> {
-    let true_rotation = Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
-    let of = |values: &super::model::Values| {
-        let turn = rotation::log(&(values.mounting.rotation * true_rotation.transpose()));
-        let late = values.from_nominal(scene)[3] - truth.latency_s;
-        [
-            turn.x.to_degrees(),
-            turn.y.to_degrees(),
-            turn.z.to_degrees(),
-            late * 1e3,
-        ]
-    };
-    let joint = match &outcome.joint {
-        Some(Ok((joint, _))) => Some((of(&joint.values), joint)),
-        _ => None,
-    };
-    let patch = match &outcome.reference {
-        Some(Ok(patch)) => Some((of(&patch.values), patch.found)),
-        _ => None,
-    };
-    let names = [
-        ("pitch", "deg"),
-        ("roll", "deg"),
-        ("yaw", "deg"),
-        ("latency", "ms"),
-    ];
-    let one = |(k, (name, unit)): (usize, &(&str, &str))| {
-        let size = if k < 3 { 1f64.to_degrees() } else { 1e3 };
-        TrueError {
-            name: (*name).to_owned(),
-            unit: (*unit).to_owned(),
-            reference: patch.and_then(|(e, found)| found[k].then_some(e[k])),
-            joint: joint.map(|(e, _)| e[k]),
-            sigma: joint.map(|(_, j)| j.sigma(k) * size),
-            joint_simple: None,
-        }
-    };
-    names.iter().enumerate().map(one).collect()
 }
 
 /// A scenario ready to be simulated.

@@ -2,35 +2,40 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Matrix3;
+use nalgebra::DMatrix;
 use serde_json::json;
 
 use super::joint::{Joint, JointError};
-use super::model::COUNT;
+use super::model::{COUNT, PARAMETERS, Values};
 use super::reference::Patch;
 use super::run::{SeabedInput, SeabedOutcome};
 use super::scene::Scene;
+use super::simulate::SeabedTruth;
 use super::verdict::{Judgement, Reason};
-use crate::observe::Mounting;
+use crate::adjust::Unit;
+use crate::calibrate::quality::readable;
+use crate::calibrate::solution::{Mounted, iterations, matrices, parameter};
 use crate::results::{
-    Finding, Provenance, SeabedMounting, SeabedParameter, SeabedResult, SeabedSolution,
-    SeabedSolutions, Severity, Verdict,
+    AgainstTruth, Calibration, Finding, Page, Parameter, Provenance, SCHEMA, SensorCounts,
+    Severity, Solution, Solutions, Status, TextTable, TruthRow, Verdict,
 };
 
-/// Names, units and columns in the order of a result; the lever arm upwards is held and has no column.
-const SHOWN: [(&str, &str, Option<usize>); COUNT + 1] = [
-    ("pitch", "deg", Some(0)),
-    ("roll", "deg", Some(1)),
-    ("yaw", "deg", Some(2)),
-    ("lx", "m", Some(7)),
-    ("ly", "m", Some(8)),
-    ("lz", "m", None),
-    ("latency", "s", Some(3)),
-    ("range_scale", "1", Some(4)),
-    ("heave_scale", "1", Some(5)),
-    ("heave_lag", "s", Some(6)),
-    ("deep_sound_speed", "1", Some(9)),
+/// Columns of the mounting's six; the lever arm upwards is held and has none.
+const SIX: [Option<usize>; 6] = [Some(0), Some(1), Some(2), Some(7), Some(8), None];
+/// The other parameters in the order of a result.
+const OTHERS: [(&str, Unit, usize); 5] = [
+    ("latency", Unit::Second, 3),
+    ("range scale", Unit::One, 4),
+    ("heave scale", Unit::One, 5),
+    ("heave lag", Unit::Second, 6),
+    ("deep sound speed", Unit::One, 9),
 ];
+
+/// Every column in the order of a result.
+fn columns() -> Vec<Option<usize>> {
+    let others = OTHERS.iter().map(|o| Some(o.2));
+    SIX.into_iter().chain(others).collect()
+}
 
 /// The result of a calibration.
 pub(super) fn result(
@@ -38,28 +43,32 @@ pub(super) fn result(
     input: &SeabedInput<'_>,
     read: usize,
     provenance: Provenance,
-) -> SeabedResult {
+) -> Calibration {
     let reference = outcome.reference.as_ref();
-    let solutions = SeabedSolutions {
+    let solutions = Solutions {
         reference: reference.map(|found| by_patch_test(found, input.scene)),
         joint: outcome
             .joint
             .as_ref()
             .map(|found| jointly(found, input.scene)),
+        joint_simple: None,
     };
     let verdict = verdict(outcome, solutions.reference.as_ref());
-    let deciding = solutions.joint.as_ref().or(solutions.reference.as_ref());
-    SeabedResult {
-        schema: 2,
+    let deciding = solutions.deciding().is_some_and(|s| s.usable);
+    Calibration {
+        schema: SCHEMA,
         procedure: "seabed".to_owned(),
         provenance,
-        usable: verdict.state.is_usable() && deciding.is_some_and(|s| s.usable),
+        usable: verdict.state.is_usable() && deciding,
         reason: verdict.reason(),
         verdict,
         counts: counts(outcome, input.scene, read),
         solutions,
+        comparison: None,
+        residual_rms_m: BTreeMap::new(),
         notes: notes(outcome),
         details: details(outcome),
+        conventions: vec![],
     }
 }
 
@@ -84,7 +93,7 @@ fn no_solution(error: &JointError) -> Verdict {
     )])
 }
 
-fn verdict(outcome: &SeabedOutcome, reference: Option<&SeabedSolution>) -> Verdict {
+fn verdict(outcome: &SeabedOutcome, reference: Option<&Solution>) -> Verdict {
     match (&outcome.joint, &outcome.reference) {
         (Some(Ok((_, judged))), _) => {
             let findings: Vec<Finding> = judged.reasons.iter().map(finding).collect();
@@ -108,154 +117,165 @@ fn verdict(outcome: &SeabedOutcome, reference: Option<&SeabedSolution>) -> Verdi
     }
 }
 
-/// A figure in the unit of its parameter.
-fn shown(figure: f64, unit: &str) -> f64 {
-    if unit == "deg" {
-        figure.to_degrees()
-    } else {
-        figure
+/// What a parameter that stands within its prior is worth.
+const WITHIN_PRIOR: &str = "held within its prior: takes up errors of its kind, no result";
+
+fn note(column: Option<usize>, joint: &Joint, judged: &Judgement) -> &'static str {
+    match column {
+        None => "held: inseparable from the heights of the lines",
+        Some(k) if !joint.sought[k] => "held",
+        Some(k) if judged.determined[k] => "",
+        Some(0..4) => "not determined",
+        Some(_) => WITHIN_PRIOR,
     }
 }
 
-fn note(name: &str, determined: bool, sought: bool) -> &'static str {
-    match name {
-        "lz" => "held: inseparable from the heights of the lines",
-        _ if !sought => "held",
-        "pitch" | "roll" | "yaw" | "latency" if determined => "",
-        "pitch" | "roll" | "yaw" | "latency" => "refused",
-        _ => "held within its prior: takes up errors of its kind, no result",
+/// The parameter as it may be reported.
+fn reported(parameter: Parameter, note: &str) -> Parameter {
+    let refused = note == "not determined";
+    let shown = |x: Option<f64>| x.filter(|_| !refused);
+    Parameter {
+        value: shown(parameter.value),
+        correction: shown(parameter.correction),
+        sigma: shown(parameter.sigma),
+        determined: note.is_empty(),
+        note: note.to_owned(),
+        ..parameter
     }
 }
 
-fn jointly(found: &Result<(Joint, Judgement), JointError>, scene: &Scene) -> SeabedSolution {
+fn jointly(found: &Result<(Joint, Judgement), JointError>, scene: &Scene) -> Solution {
     let (joint, judged) = match found {
         Ok(found) => found,
-        Err(error) => return refused(error.to_string()),
+        Err(error) => return Solution::without_result(Status::Refused, error.to_string()),
+    };
+    let covariance = covariance(joint);
+    let mounting = &joint.values.mounting;
+    let mounted = Mounted {
+        name: "multibeam",
+        rotation: (&mounting.rotation, &scene.nominal.rotation),
+        lever_arm_m: Some((mounting.lever_arm_m, scene.nominal.lever_arm_m)),
+        covariance: Some(&covariance),
     };
     let off = joint.values.from_nominal(scene);
-    let one = |(name, unit, column): &(&str, &str, Option<usize>)| {
-        let sought = column.is_some_and(|k| joint.sought[k]);
-        let determined = column.is_some_and(|k| judged.determined[k]);
-        let hidden = note(name, determined, sought) == "refused";
-        let figure = |x: f64| (sought && !hidden && x.is_finite()).then(|| shown(x, unit));
-        let of = |all: Option<[f64; COUNT]>| figure(all?[(*column)?]);
-        SeabedParameter {
-            name: (*name).to_owned(),
-            unit: (*unit).to_owned(),
-            correction: column.and_then(|k| figure(off[k])),
-            sigma: column.and_then(|k| figure(joint.sigma(k))),
-            relief_sigma: of(joint.relief_sigma),
-            motion_sigma: of(joint.motion_sigma),
-            determined,
-            note: note(name, determined, sought).to_owned(),
-        }
-    };
+    let others = OTHERS
+        .iter()
+        .map(|(name, unit, k)| parameter(name, *unit, off[*k], Some(joint.sigma(*k))));
+    let all = mounted.parameters("").into_iter().chain(others);
+    let parameters = all
+        .zip(columns())
+        .map(|(p, column)| reported(p, note(column, joint, judged)))
+        .collect();
     let usable = judged.usable();
-    let status = match (joint.converged, usable) {
-        (false, _) => "out_of_iterations",
-        (true, true) => "converged",
-        (true, false) => "refused",
-    };
-    SeabedSolution {
-        status: status.to_owned(),
+    let (covariance_rows, correlation_rows) = matrices(&covariance);
+    Solution {
         usable,
-        message: judged.words(),
-        parameters: SHOWN.iter().map(one).collect(),
-        covariance: usable.then(|| covariance(joint)),
-        mountings: mountings(usable, &joint.values.mounting, &scene.nominal),
+        parameters,
+        covariance: covariance_rows.filter(|_| usable),
+        correlation: correlation_rows.filter(|_| usable),
+        mountings: usable.then(|| mounted.result()).into_iter().collect(),
+        convergence: iterations(
+            0,
+            0,
+            joint
+                .passes
+                .iter()
+                .map(|p| (p.omega_over_freedom, p.step_sigmas)),
+        )
+        .collect(),
+        ..Solution::without_result(status(joint, usable), judged.words())
     }
 }
 
-fn refused(message: String) -> SeabedSolution {
-    SeabedSolution {
-        status: "refused".to_owned(),
-        message,
-        ..SeabedSolution::default()
+fn status(joint: &Joint, usable: bool) -> Status {
+    match (joint.converged, usable) {
+        (false, _) => Status::OutOfIterations,
+        (true, true) => Status::Converged,
+        (true, false) => Status::Refused,
     }
 }
 
-fn covariance(joint: &Joint) -> Vec<Vec<f64>> {
-    let entry = |a: Option<usize>, b: Option<usize>| match (a, b) {
+fn covariance(joint: &Joint) -> DMatrix<f64> {
+    let all = columns();
+    DMatrix::from_fn(all.len(), all.len(), |i, j| match (all[i], all[j]) {
         (Some(a), Some(b)) => joint.covariance[a][b],
         _ => 0.0,
-    };
-    let row = |a: Option<usize>| SHOWN.iter().map(|b| entry(a, b.2)).collect();
-    SHOWN.iter().map(|a| row(a.2)).collect()
+    })
 }
 
-fn by_rows(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
-}
-
-fn mountings(usable: bool, found: &Mounting, nominal: &Mounting) -> Vec<SeabedMounting> {
-    if !usable {
-        return vec![];
-    }
-    let (roll, pitch, heading) = found.angles();
-    let named = [("roll", roll), ("pitch", pitch), ("heading", heading)];
-    vec![SeabedMounting {
-        name: "multibeam".to_owned(),
-        rotation_matrix: by_rows(&found.rotation),
-        nominal_rotation_matrix: by_rows(&nominal.rotation),
-        mounting_deg: named
-            .map(|(name, angle)| (name.to_owned(), angle.to_degrees()))
-            .into(),
-        lever_arm_m: found.lever_arm_m.into(),
-        nominal_lever_arm_m: nominal.lever_arm_m.into(),
-    }]
-}
-
-fn by_patch_test(found: &Result<Patch, JointError>, scene: &Scene) -> SeabedSolution {
+fn by_patch_test(found: &Result<Patch, JointError>, scene: &Scene) -> Solution {
     let patch = match found {
         Ok(found) => found,
-        Err(error) => return refused(error.to_string()),
+        Err(error) => return Solution::without_result(Status::Refused, error.to_string()),
     };
-    let off = patch.values.from_nominal(scene);
-    let names = ["pitch", "roll", "yaw", "latency"];
-    let one = |k: usize| {
-        let unit = if k < 3 { "deg" } else { "s" };
-        let no_pair = "no pair of lines for it";
-        SeabedParameter {
-            name: names[k].to_owned(),
-            unit: unit.to_owned(),
-            correction: patch.found[k].then(|| shown(off[k], unit)),
-            determined: patch.found[k],
-            note: if patch.found[k] { "" } else { no_pair }.to_owned(),
-            ..SeabedParameter::default()
+    let mounting = &patch.values.mounting;
+    let mounted = Mounted {
+        name: "multibeam",
+        rotation: (&mounting.rotation, &scene.nominal.rotation),
+        lever_arm_m: Some((mounting.lever_arm_m, scene.nominal.lever_arm_m)),
+        covariance: None,
+    };
+    let latency = parameter("latency", Unit::Second, patch.values.latency_s, None);
+    let angles = mounted.parameters("").into_iter().take(3);
+    let parameters = angles.chain([latency]).zip(patch.found).map(|(p, found)| {
+        if found {
+            p
+        } else {
+            Parameter {
+                note: "no pair of lines for it".to_owned(),
+                ..reported(p, "not determined")
+            }
         }
-    };
-    let usable = patch.found[..3].iter().all(|f| *f);
+    });
+    let parameters: Vec<Parameter> = parameters.collect();
     let without: Vec<&str> = (0..3)
         .filter(|k| !patch.found[*k])
-        .map(|k| names[k])
+        .map(|k| parameters[k].name.as_str())
         .collect();
-    SeabedSolution {
-        status: if usable { "converged" } else { "refused" }.to_owned(),
+    let usable = without.is_empty();
+    let message = if usable {
+        String::new()
+    } else {
+        format!("no pair of lines for {}", without.join(", "))
+    };
+    let end = if usable {
+        Status::Converged
+    } else {
+        Status::Refused
+    };
+    Solution {
         usable,
-        message: if usable {
-            String::new()
-        } else {
-            format!("no pair of lines for {}", without.join(", "))
-        },
-        parameters: (0..4).map(one).collect(),
-        covariance: None,
-        mountings: mountings(usable, &patch.values.mounting, &scene.nominal),
+        mountings: usable.then(|| mounted.result()).into_iter().collect(),
+        parameters,
+        ..Solution::without_result(end, message)
     }
 }
 
-fn counts(outcome: &SeabedOutcome, scene: &Scene, read: usize) -> BTreeMap<String, u64> {
+fn counts(outcome: &SeabedOutcome, scene: &Scene, read: usize) -> BTreeMap<String, SensorCounts> {
     let on_lines = scene.soundings.len();
-    let mut counts = BTreeMap::from([
-        ("read".to_owned(), read as u64),
-        ("on_lines".to_owned(), on_lines as u64),
-    ]);
+    let mut rejected = BTreeMap::from([("off every line".to_owned(), (read - on_lines) as u64)]);
+    let mut used = 0;
     if let Some(Ok((joint, _))) = &outcome.joint {
-        let used: usize = joint.tiles.iter().map(|t| t.members.len()).sum();
-        counts.insert("screened_out".to_owned(), joint.screened as u64);
-        counts.insert("rejected_by_residual".to_owned(), joint.rejected as u64);
-        counts.insert("used".to_owned(), used as u64);
+        used = joint
+            .tiles
+            .iter()
+            .flat_map(|t| &t.members)
+            .filter(|k| joint.alive[**k as usize])
+            .count();
+        let residual = joint.rejected;
+        rejected.insert("off their line's surface".to_owned(), joint.screened as u64);
+        rejected.insert("by their residual".to_owned(), residual as u64);
+        let rest = on_lines - joint.screened - residual - used;
+        rejected.insert("not drawn for a tile".to_owned(), rest as u64);
+    } else {
+        rejected.insert("not adjusted".to_owned(), on_lines as u64);
     }
-    counts
+    let counts = SensorCounts {
+        read: read as u64,
+        used: used as u64,
+        rejected,
+    };
+    BTreeMap::from([("multibeam".to_owned(), counts)])
 }
 
 fn notes(outcome: &SeabedOutcome) -> Vec<String> {
@@ -280,10 +300,7 @@ fn details(outcome: &SeabedOutcome) -> serde_json::Value {
             "omega_over_freedom": joint.omega_over_freedom,
             "degrees_of_freedom": joint.freedom,
             "tiles": joint.tiles.len(),
-            "sandwich_over_model": SHOWN.iter().filter_map(|(name, _, column)| {
-                let k = (*column)?;
-                joint.sought[k].then(|| ((*name).to_owned(), joint.sandwich_sigma[k] / joint.sigma(k)))
-            }).collect::<BTreeMap<String, f64>>(),
+            "sigmas": sigmas(joint),
             "passes": joint.passes,
             "reasons": judged.reasons,
         }),
@@ -294,4 +311,135 @@ fn details(outcome: &SeabedOutcome) -> serde_json::Value {
         _ => serde_json::Value::Null,
     };
     json!({ "layout": outcome.layout, "joint": joint, "patch_test": patch })
+}
+
+/// Each parameter's sigma by the model, by the tiles' scatter, from relief and from motion alone; rad, m, s, 1.
+fn sigmas(joint: &Joint) -> serde_json::Value {
+    let part = |all: Option<[f64; COUNT]>, k: usize| all.map(|s| s[k]).filter(|s| s.is_finite());
+    let one = |k: usize| {
+        json!({
+            "name": PARAMETERS[k].0,
+            "unit": PARAMETERS[k].1,
+            "model": joint.sigma(k),
+            "scatter": joint.sandwich_sigma[k],
+            "relief": part(joint.relief_sigma, k),
+            "motion": part(joint.motion_sigma, k),
+        })
+    };
+    (0..COUNT).filter(|k| joint.sought[*k]).map(one).collect()
+}
+
+/// The report's own section.
+pub(super) fn page(
+    outcome: &SeabedOutcome,
+    scene: &Scene,
+    name: &str,
+    truth: Option<&SeabedTruth>,
+) -> Page {
+    Page {
+        title: name.to_owned(),
+        kind: "calibration of a multibeam's mounting over natural seabed",
+        data: details(outcome),
+        scripts: &[include_str!("page/page.js")],
+        tables: vec![pairs(outcome), sources(outcome)],
+        against_truth: truth.map(|truth| against(outcome, scene, truth)),
+    }
+}
+
+fn strings<const N: usize>(cells: [&str; N]) -> Vec<String> {
+    cells.map(str::to_owned).to_vec()
+}
+
+/// Which lines met.
+fn pairs(outcome: &SeabedOutcome) -> TextTable {
+    let layout = &outcome.layout;
+    let row = |pair: &super::layout::Pair| {
+        let [a, b] = pair.lines.map(|k| layout.tracks[k].name.as_str());
+        vec![
+            format!("{a} and {b}, {:?}", pair.kind).to_lowercase(),
+            format!("{:.1}", pair.apart_m),
+            format!("{:.2}", pair.speed_ratio),
+            pair.tiles.to_string(),
+        ]
+    };
+    TextTable {
+        header: strings(["lines", "apart, m", "speeds", "common tiles"]),
+        rows: layout.pairs.iter().map(row).collect(),
+        lines: vec![],
+    }
+}
+
+/// Where the information comes from.
+fn sources(outcome: &SeabedOutcome) -> TextTable {
+    let Some(Ok((joint, judged))) = &outcome.joint else {
+        return TextTable::default();
+    };
+    let row = |k: usize| {
+        let unit = if k < 3 { Unit::Radian } else { Unit::Second };
+        let figure = |x: Option<f64>| {
+            x.map_or_else(|| "-".to_owned(), |x| format!("{:.5}", readable(x, unit).0))
+        };
+        vec![
+            format!("{}, {}", PARAMETERS[k].0, readable(0.0, unit).1),
+            figure(Some(joint.sigma(k))),
+            figure(Some(joint.sandwich_sigma[k])),
+            figure(joint.relief_sigma.map(|s| s[k])),
+            figure(joint.motion_sigma.map(|s| s[k])),
+        ]
+    };
+    let field = &joint.field;
+    let words = format!(
+        "relief {:.3} m about the tiles' planes, correlated over {:.1} m; noise {:.2} times the claimed one; {} tiles",
+        field.sigma_m,
+        field.length_m,
+        field.noise_factor,
+        joint.tiles.len()
+    );
+    TextTable {
+        header: strings([
+            "sigma of",
+            "model",
+            "tiles' scatter",
+            "relief alone",
+            "motion alone",
+        ]),
+        rows: (0..4).filter(|k| joint.sought[*k]).map(row).collect(),
+        lines: judged.notes.iter().cloned().chain([words]).collect(),
+    }
+}
+
+/// Errors against the truth: pitch, roll, yaw, latency.
+fn against(outcome: &SeabedOutcome, scene: &Scene, truth: &SeabedTruth) -> AgainstTruth {
+    let rotation = nalgebra::Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
+    let errors = |values: &Values| {
+        let turn =
+            crate::geometry::rotation::log(&(values.mounting.rotation * rotation.transpose()));
+        [turn.x, turn.y, turn.z, values.latency_s - truth.latency_s]
+    };
+    let due = crate::geometry::rotation::log(&(rotation * scene.nominal.rotation.transpose()));
+    let due = [due.x, due.y, due.z, truth.latency_s];
+    let joint = match &outcome.joint {
+        Some(Ok((joint, _))) => Some((errors(&joint.values), joint)),
+        _ => None,
+    };
+    let patch = match &outcome.reference {
+        Some(Ok(patch)) => Some((errors(&patch.values), patch.found)),
+        _ => None,
+    };
+    let row = |k: usize| {
+        let unit = if k < 3 { Unit::Radian } else { Unit::Second };
+        let shown = |x: f64| readable(x, unit).0;
+        TruthRow {
+            name: PARAMETERS[k].0.to_owned(),
+            unit: readable(0.0, unit).1.to_owned(),
+            correction: Some(shown(due[k])),
+            reference: patch.and_then(|(e, found)| found[k].then(|| shown(e[k]))),
+            joint: joint.map(|(e, _)| shown(e[k])),
+            joint_in_sigmas: joint.map(|(e, j)| e[k] / j.sigma(k)),
+            joint_simple: None,
+        }
+    };
+    AgainstTruth {
+        rows: (0..4).map(row).collect(),
+    }
 }
