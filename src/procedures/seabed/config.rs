@@ -26,13 +26,15 @@ pub struct SeabedConfig {
     pub max_passes: usize,
     /// Soundings with a larger standardised residual are dropped.
     pub reject_sigmas: f64,
-    /// Soundings further out than this are not used, degrees.
+    /// Soundings further out than this are not used, degrees; stands in `[multibeam]`.
+    #[serde(skip)]
     pub max_angle_deg: f64,
     /// Largest standard deviation of a determined angle, degrees.
     pub max_sigma_deg: f64,
     /// Largest standard deviation of pitch and yaw from the relief alone, degrees.
     pub max_relief_sigma_deg: f64,
-    /// Seed of the draws.
+    /// Seed of the draws; that of the calibration.
+    #[serde(skip)]
     pub seed: u64,
 }
 

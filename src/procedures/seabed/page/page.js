@@ -15,4 +15,4 @@ function buildSeabed() {
   if (patch) add("patch", "Steps of the patch test", listed(patch), note("Each parameter where the surfaces of its two lines differ least, the others held; changes in radians or seconds."));
 }
 
-buildSeabed();
+OWN.push(buildSeabed);

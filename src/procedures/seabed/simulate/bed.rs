@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::scenario::Bed;
@@ -33,7 +34,7 @@ impl Seabed {
         let mut cosines: Vec<Cosine> = (0..COSINES)
             .map(|_| {
                 // wave numbers of a Matern 3/2 field: a normal vector over the root of a chi-square of 3 over 3
-                let normal = |d: &mut _| -> f64 { StandardNormal.sample(d) };
+                let normal = |d: &mut ChaCha8Rng| -> f64 { StandardNormal.sample(d) };
                 let spread = (0..3).map(|_| normal(&mut draws).powi(2)).sum::<f64>() / 3.0;
                 let wave = Vector2::new(normal(&mut draws), normal(&mut draws));
                 Cosine {

@@ -1,5 +1,6 @@
 //! A simulated survey in memory as a scene, and on disk as a complete survey.
 
+use std::io::Write;
 use std::path::Path;
 
 use super::super::survey::file::{
