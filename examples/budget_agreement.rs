@@ -6,8 +6,8 @@
 //! parameter: predicted and found standard deviation, the ratio of variances with its chi-square interval (5 % family-wise, after
 //! Sidak, over everything in this run), and predicted and found mean.
 
-use boresight::budget::analytic::{PathBudget, analytic_with};
 use boresight::observe::Mounting;
+use boresight::procedures::pool::budget::analytic::{PathBudget, analytic_with};
 use boresight::procedures::pool::config::Variant;
 use boresight::procedures::pool::influence::difference;
 use boresight::procedures::pool::joint::SIX;

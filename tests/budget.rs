@@ -1,4 +1,4 @@
-//! Error budgets by Monte Carlo: interrupted and gone on with, on one and two threads, one source only, sweeps, the command line.
+//! Error budgets by Monte Carlo: interrupted and continued, on one and two threads, one source only, sweeps, the command line.
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 use assert_cmd::cargo::cargo_bin_cmd;
 use boresight::budget::experiment::{Ended, Experiment, ledger_of};
-use boresight::budget::sources::{acting, alone};
-use boresight::budget::sweep;
-use boresight::budget::trial::{Configuration, Trial, trial};
 use boresight::budget::{statistics, summary};
+use boresight::calibrate::tried::{Acting, Trial, Tried};
+use boresight::calibrate::vary::points;
+use boresight::procedures::pool::budget::sources::{acting, alone};
+use boresight::procedures::pool::budget::trials::{Configuration, PoolTrials, errors};
 use boresight::procedures::pool::{Method, PoolInput, SequentialConfig, calibrate};
 use boresight::report::budget::{from_slice, sweep_table, table, to_bytes};
-use boresight::results::{BudgetPath, BudgetResult, SixFigures, SweepValue};
+use boresight::results::{BudgetResult, Figures, JOINT, SweepValue};
 use boresight::simulate::{Scenario, Source, simulate};
 use serde_json::Value;
 
@@ -41,19 +42,25 @@ fn on_threads<T: Send>(count: usize, work: impl FnOnce() -> T + Send) -> T {
     pool.build().expect("a pool").install(work)
 }
 
+fn tried(scenario: Scenario) -> PoolTrials {
+    PoolTrials {
+        scenario,
+        configuration: Configuration::default(),
+    }
+}
+
 /// Two sources of the five that act, to be quick, and a sweep.
-fn small() -> Experiment {
+fn small(tried: &PoolTrials) -> Experiment<'_> {
     let vary = ["multibeam.range_sigma_m=0.005,0.02"
         .parse()
         .expect("a sweep")];
-    let points = sweep::points(&scenario(), &vary).expect("points");
-    let mut experiment = Experiment::new(&scenario(), Configuration::default(), 5, 6, 3);
+    let mut experiment = Experiment::new(tried, 5, 6, 3);
     experiment.cells.truncate(4);
-    experiment.with_sweep(points, 2)
+    experiment.with_sweep(points(&vary), 2).expect("points")
 }
 
-fn result(experiment: &Experiment, folder: &Path) -> BudgetResult {
-    let mut result = summary::frame(&scenario(), &experiment.configuration);
+fn result(experiment: &Experiment<'_>, folder: &Path) -> BudgetResult {
+    let mut result = summary::frame(experiment.tried);
     summary::fill(&mut result, experiment, folder).expect("figures");
     result
 }
@@ -73,7 +80,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 /// Runs until about `after` trials are done in this call.
-fn some(experiment: &Experiment, folder: &Path, after: u64) -> Ended {
+fn some(experiment: &Experiment<'_>, folder: &Path, after: u64) -> Ended {
     let done = experiment.prepare(folder, true).expect("ledgers");
     let (before, stop) = (done.iter().sum::<u64>(), AtomicBool::new(false));
     let progress = |all: u64| stop.store(all - before >= after, SeqCst);
@@ -83,8 +90,9 @@ fn some(experiment: &Experiment, folder: &Path, after: u64) -> Ended {
 }
 
 #[test]
-fn an_interrupted_run_that_is_gone_on_with_gives_the_bytes_of_one_that_was_not() {
-    let experiment = small();
+fn an_interrupted_run_that_is_continued_gives_the_bytes_of_one_that_was_not() {
+    let tried = tried(scenario());
+    let experiment = small(&tried);
     let folder = tempfile::tempdir().expect("folder");
     let place = |name: &str| folder.path().join(name);
     let never = AtomicBool::new(false);
@@ -124,33 +132,33 @@ fn an_interrupted_run_that_is_gone_on_with_gives_the_bytes_of_one_that_was_not()
     assert_eq!(from_slice(&to_bytes(&a).expect("JSON")).expect("read"), a);
 
     // fewer trials are asked for than are there: those of the first seeds
-    let mut fewer = experiment.clone();
-    fewer.cells.truncate(1);
-    fewer.cells[0].trials = 4;
+    let fewer = Experiment::new(&tried, 5, 4, 0);
     let found = result(&fewer, &place("whole"));
-    let direct: Vec<Trial> = (5..9)
-        .map(|seed| trial(&scenario(), &Configuration::default(), seed))
-        .collect();
-    let mut expected = statistics::Statistics::default();
+    let direct: Vec<Trial> = (5..9).map(|seed| tried.trial(seed, Acting::All)).collect();
+    let mut expected = statistics::Statistics::new(&tried);
     direct.iter().for_each(|t| expected.add(t));
-    for path in &found.paths {
-        assert_eq!(path.together, Some(expected.of(path.path)));
+    for (place, path) in found.paths.iter().enumerate() {
+        assert_eq!(path.together, Some(expected.of(place)));
     }
     let sweep = a.sweep.as_ref().expect("a sweep");
     assert_eq!(sweep.points[1].values, [SweepValue::Number(0.02)]);
     let sigma = |k: usize| {
         let joint = &sweep.points[k].paths[0];
         let reported = joint.reported.as_ref().expect("reported");
-        reported.standard_deviation.expect("sigma").lx_m
+        let sigmas = reported.standard_deviation.as_ref().expect("sigmas");
+        sigmas[3].expect("lx")
     };
     assert!(sigma(1) > 1.5 * sigma(0), "{} {}", sigma(1), sigma(0));
-    assert_eq!(sweep_table(sweep).lines().count(), 1 + 2 * 3 * 6);
+    assert_eq!(
+        sweep_table(&a.parameters, sweep).lines().count(),
+        1 + 2 * 3 * 6
+    );
 }
 
 /// The trial's figures are those of the calibrations that a user would run, one for each variant.
 #[test]
 fn a_trial_is_a_calibration_of_a_simulated_survey() {
-    let found = trial(&scenario(), &Configuration::default(), 3);
+    let found = tried(scenario()).trial(3, Acting::All);
     let survey = simulate(&scenario(), 3).expect("a survey");
     let configuration = Configuration::default();
     let run = |sequential: &SequentialConfig| {
@@ -166,7 +174,7 @@ fn a_trial_is_a_calibration_of_a_simulated_survey() {
         let outcome = calibrate(&input, &|_| {}).expect("a run");
         let joint = outcome.joint.expect("joint");
         let reference = outcome.sequential.expect("ran").expect("an outcome");
-        let errors = |m| boresight::budget::trial::errors(m, &survey.truth);
+        let errors = |m| errors(m, &survey.truth).to_vec();
         (
             errors(&joint.mounting),
             joint.covariance,
@@ -175,13 +183,15 @@ fn a_trial_is_a_calibration_of_a_simulated_survey() {
     };
     let literal = run(&configuration.sequential);
     let projected = run(&configuration.projected());
-    let joint = found.joint.expect("joint");
-    assert_eq!((joint.error, joint.covariance), (literal.0, literal.1));
-    assert_eq!(found.sequential.expect("literal"), literal.2);
-    assert_eq!(found.projected.expect("projected"), projected.2);
+    let said = |path: usize| found.paths[path].as_ref().expect("an answer");
+    let covariance = said(0).covariance.as_ref().expect("a covariance");
+    assert_eq!(said(0).error, literal.0);
+    assert_eq!(covariance.as_slice(), literal.1.as_slice());
+    assert_eq!(said(1).error, literal.2);
+    assert_eq!(said(2).error, projected.2);
     assert_ne!(literal.2, projected.2);
-    let off = |arm: f64| arm.abs() < 0.2;
-    assert!(joint.error.into_iter().all(off), "{:?}", joint.error);
+    let off = |arm: &f64| arm.abs() < 0.2;
+    assert!(said(0).error.iter().all(off), "{:?}", said(0).error);
 }
 
 /// Only a constant sound-speed error acts: 2 parts in 1000 of ranges around 6 m are some 12 mm off the wall, no scatter beside the
@@ -192,11 +202,11 @@ fn a_scenario_with_one_source_only() {
     only.truth.range_scale = 0.002;
     let only = alone(&only, Source::SoundSpeed);
     assert_eq!(acting(&only), [Source::SoundSpeed]);
-    let experiment = Experiment::new(&only, Configuration::default(), 1, 3, 3);
+    let tried = tried(only);
+    let experiment = Experiment::new(&tried, 1, 3, 3);
     let folder = tempfile::tempdir().expect("folder");
     assert_eq!(some(&experiment, folder.path(), 1000), Ended::Complete);
-    let mut result = summary::frame(&only, &experiment.configuration);
-    summary::fill(&mut result, &experiment, folder.path()).expect("figures");
+    let result = result(&experiment, folder.path());
     for path in &result.paths {
         let together = path.together.as_ref().expect("trials");
         assert_eq!(together.usable, 3, "{:?}", result.refusals);
@@ -211,7 +221,7 @@ fn a_scenario_with_one_source_only() {
                 "interaction"
             ]
         );
-        let lx_m = |six: &Option<SixFigures>| six.expect("figures").lx_m;
+        let lx_m = |figures: &Option<Figures>| figures.as_ref().expect("figures")[3].expect("lx");
         let [own, of_source, ties, rest, beyond] =
             [0, 1, 2, 3, 4].map(|k| lx_m(&path.shares[k].bias));
         assert!((lx_m(&together.bias) - own - of_source).abs() < 1e-12);
@@ -251,7 +261,7 @@ fn path(path: &Path) -> &str {
 }
 
 #[test]
-fn the_command_writes_its_files_and_goes_on_only_when_told() {
+fn the_command_writes_its_files_and_continues_only_when_told() {
     let folder = tempfile::tempdir().expect("folder");
     let file = written(folder.path());
     let out = folder.path().join("out");
@@ -273,7 +283,7 @@ fn the_command_writes_its_files_and_goes_on_only_when_told() {
 
     let again = run(&base);
     assert_eq!(code(&again), 2);
-    assert!(text(&again.stderr).contains("--resume goes on with them"));
+    assert!(text(&again.stderr).contains("continue them with --resume"));
     let other = run(&[&base[..], &["--resume", "--seed", "9"]].concat());
     assert_eq!(code(&other), 2);
     assert!(text(&other.stderr).contains("another first seed: found 1, expected 9"));
@@ -384,9 +394,11 @@ fn a_survey_s_budget_agrees_with_its_calibration() {
     let (budget, found) = (json(&budget), json(&found));
     let reported = &found["solutions"]["joint"]["parameters"];
     let predicted = &budget["paths"][0]["predicted"]["standard_deviation"];
-    let names = ["pitch_deg", "roll_deg", "yaw_deg", "lx_m", "ly_m", "lz_m"];
-    for (k, name) in names.into_iter().enumerate() {
-        let (p, r) = (predicted[name].as_f64(), reported[k]["sigma"].as_f64());
+    for (k, name) in ["pitch", "roll", "yaw", "lx", "ly", "lz"]
+        .into_iter()
+        .enumerate()
+    {
+        let (p, r) = (predicted[k].as_f64(), reported[k]["sigma"].as_f64());
         let (p, r) = (p.expect("a prediction"), r.expect("a sigma"));
         assert!(
             (p / r - 1.0).abs() < 0.05,
@@ -435,7 +447,7 @@ fn ctrl_c_keeps_what_is_done() {
     let output = child.wait_with_output().expect("an end");
     assert_eq!(code(&output), 130, "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("of 12 trials are kept in"));
-    assert!(text(&output.stderr).contains("--resume goes on"));
+    assert!(text(&output.stderr).contains("continue with the same command and --resume"));
     assert_eq!(text(&output.stdout), "");
     assert!(!out.join("result.json").exists());
     let kept = lines() - 2;
@@ -458,6 +470,57 @@ fn ctrl_c_keeps_what_is_done() {
     assert_eq!(bytes(&out), bytes(&fresh));
     assert_eq!(files(&out.join("trials")), files(&fresh.join("trials")));
     let found = from_slice(&bytes(&out)).expect("a result");
-    let joint = &found.paths[BudgetPath::Joint as usize];
+    let joint = &found.paths[0];
+    assert_eq!(joint.path, JOINT);
     assert_eq!(joint.together.as_ref().map(|t| t.trials), Some(12));
+}
+
+/// The same scenario in another folder, and under a path from elsewhere: the same bytes.
+#[test]
+fn the_place_of_the_scenario_leaves_no_trace() {
+    let bytes = |folder: &Path| {
+        let file = written(folder);
+        let output = run(&[
+            "budget",
+            &file,
+            "--trials",
+            "2",
+            "--out",
+            path(&folder.join("out")),
+        ]);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        ["result.json", "report.html"]
+            .map(|name| std::fs::read(folder.join("out").join(name)).expect("bytes"))
+    };
+    let (here, there) = (
+        tempfile::tempdir().expect("folder"),
+        tempfile::tempdir().expect("folder"),
+    );
+    assert_eq!(bytes(here.path()), bytes(there.path()));
+}
+
+/// Latency and range scale as unknowns are parameters like the six: their pulls are judged too, the reference path knows nothing of
+/// them, and the figures of the six stay what they are.
+#[test]
+fn optional_unknowns_are_parameters_of_the_budget() {
+    let mut tried = tried(scenario());
+    tried.configuration.joint.latency = true;
+    tried.configuration.joint.range_scale = true;
+    let experiment = Experiment::new(&tried, 1, 3, 0);
+    let folder = tempfile::tempdir().expect("folder");
+    assert_eq!(some(&experiment, folder.path(), 1000), Ended::Complete);
+    let result = result(&experiment, folder.path());
+    let names: Vec<&str> = result.parameters.iter().map(|p| &*p.name).collect();
+    assert_eq!(names[6..], ["latency", "range scale"]);
+    let [joint, reference] = [0, 1].map(|k| result.paths[k].together.as_ref().expect("figures"));
+    let bias = joint.bias.as_ref().expect("a bias");
+    assert!(bias.iter().all(Option::is_some), "{bias:?}");
+    let reported = joint.reported.as_ref().expect("a covariance");
+    assert_eq!(reported.pull_rms.len(), 8);
+    assert_eq!(reported.nees.expect("NEES").parameters, 8);
+    let bias = reference.bias.as_ref().expect("a bias");
+    assert!(
+        bias[5].is_some() && bias[6].is_none() && bias[7].is_none(),
+        "{bias:?}"
+    );
 }

@@ -1,9 +1,11 @@
 //! The error budget by propagation: against the engine's own cofactors, answers known by hand, surveys with one constant error,
 //! and Monte Carlo.
 
-use boresight::budget::analytic::{Analytic, PathBudget, Prediction, analytic, analytic_with};
 use boresight::geometry::{Geodetic, Point};
 use boresight::observe::Campaign;
+use boresight::procedures::pool::budget::analytic::{
+    Analytic, PathBudget, Prediction, analytic, analytic_with,
+};
 use boresight::procedures::pool::config::{KernelName, Variant};
 use boresight::procedures::pool::frame;
 use boresight::procedures::pool::influence::{self, Pull, difference};

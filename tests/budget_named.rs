@@ -5,7 +5,10 @@ use std::process::Output;
 use std::sync::atomic::AtomicBool;
 
 use assert_cmd::cargo::cargo_bin_cmd;
-use boresight::budget::named::{Acting, Tried, Wanted, run};
+use boresight::budget::experiment::Experiment;
+use boresight::budget::summary;
+use boresight::calibrate::quality::readable;
+use boresight::calibrate::tried::{Acting, Tried};
 use boresight::procedures::rail::simulate::{RailScenario, RailSource, RailSources};
 use boresight::procedures::rail::trials::RailTrials;
 use boresight::procedures::rail::{RailJointConfig, RailReferenceConfig};
@@ -13,7 +16,7 @@ use boresight::procedures::usbl::simulate::{DEMO, simulate};
 use boresight::procedures::usbl::simulate::{Scenario, Source, Sources};
 use boresight::procedures::usbl::trials::UsblTrials;
 use boresight::procedures::usbl::{JointConfig, ReferenceConfig};
-use boresight::results::NamedBudget;
+use boresight::results::BudgetResult;
 use boresight::target::RailProfile;
 use nalgebra::Vector3;
 
@@ -28,11 +31,17 @@ fn usbl(change: impl FnOnce(&mut Scenario)) -> UsblTrials {
     }
 }
 
-fn budget(trials: &UsblTrials, wanted: Wanted, threads: usize) -> NamedBudget {
+fn budget(tried: &dyn Tried, (trials, single): (u64, u64), threads: usize) -> BudgetResult {
+    let experiment = Experiment::new(tried, 1, trials, single);
+    let folder = tempfile::tempdir().expect("folder");
+    let done = experiment.prepare(folder.path(), false).expect("ledgers");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let stop = AtomicBool::new(false);
-    pool.expect("a pool")
-        .install(|| run(trials, &wanted, &stop, &|_, _| {}))
+    let run = || experiment.run(folder.path(), &done, &stop, &|_| {});
+    pool.expect("a pool").install(run).expect("trials");
+    let mut result = summary::frame(tried);
+    summary::fill(&mut result, &experiment, folder.path()).expect("figures");
+    result
 }
 
 /// The control turned against the attitude sensor's level frame by 0.05 degrees about east and north and 0.2 about up, and nothing
@@ -45,29 +54,29 @@ fn a_turn_of_the_control_goes_into_the_mounting_whole() {
         scenario.control.azimuth_sigma_deg = 0.2;
         scenario.sources = Sources::only(&[Source::Datum]);
     });
-    let wanted = Wanted {
-        first_seed: 1,
-        trials: 400,
-        single: 0,
-    };
-    let found = budget(&trials, wanted, 2);
+    let found = budget(&trials, (400, 0), 2);
     assert_eq!(found.sources.len(), 1);
     let allowed = 4.0 * (2.0_f64 / 399.0).sqrt() + 0.01;
     for path in &found.paths {
         let together = path.together.as_ref().expect("figures");
         let sigma = together.standard_deviation.as_ref().expect("sigmas");
         for (i, expected) in [0.05, 0.05, 0.2].into_iter().enumerate() {
-            let ratio = (sigma[i] / expected).powi(2);
+            let ratio = (sigma[i].expect("a figure") / expected).powi(2);
             assert!((ratio - 1.0).abs() < allowed, "{}: {i}: {ratio}", path.path);
         }
     }
 }
 
-/// Errors of the joint and the reference path in a trial.
+/// Errors of the joint and the reference path in a trial, degrees and metres.
 fn errors(tried: &dyn Tried, acting: Acting) -> [Vec<f64>; 2] {
     let trial = tried.trial(3, acting);
-    let joint = trial.joint.expect("a joint result").error;
-    [joint, trial.reference.expect("a reference result")]
+    let units = tried.parameters();
+    let shown = |path: usize| {
+        let said = trial.paths[path].as_ref().expect("a result");
+        let pairs = said.error.iter().zip(&units);
+        pairs.map(|(e, p)| readable(*e, p.unit).0).collect()
+    };
+    [shown(0), shown(1)]
 }
 
 /// What the only source of which each seed draws once does alone, beside what is there without it (interpolated attitudes).
@@ -153,14 +162,9 @@ fn the_reference_path_takes_the_transducer_as_surveyed() {
 #[test]
 fn the_number_of_threads_changes_no_byte() {
     let trials = usbl(|_| {});
-    let wanted = Wanted {
-        first_seed: 5,
-        trials: 70,
-        single: 3,
-    };
     let bytes = |threads| {
-        let found = budget(&trials, wanted, threads);
-        boresight::report::named_budget::to_bytes(&found).expect("JSON")
+        let found = budget(&trials, (70, 3), threads);
+        boresight::report::budget::to_bytes(&found).expect("JSON")
     };
     assert_eq!(bytes(1), bytes(2));
 }
@@ -191,34 +195,113 @@ fn both_procedures_have_a_budget_on_the_command_line() {
         assert_eq!(output.status.code(), Some(0), "{said}");
         assert!(said.contains("share of variance"), "{said}");
         let text = std::fs::read(folder.path().join("out/result.json")).expect("a result");
-        let found: NamedBudget = serde_json::from_slice(&text).expect("a budget");
+        let found: BudgetResult = serde_json::from_slice(&text).expect("a budget");
         assert_eq!(
             (found.trials.to_string(), found.single_trials),
             (trials.to_owned(), 2)
         );
         let rows = std::fs::read_to_string(folder.path().join("out/budget.csv")).expect("a table");
-        let shares = 2 * (found.sources.len() + 2) * found.parameters.len();
+        // together, nothing, remainder and interaction beside the sources
+        let shares = 2 * (found.sources.len() + 4) * found.parameters.len();
         assert_eq!(rows.lines().count(), 1 + shares);
         assert!(folder.path().join("out/report.html").exists());
     }
 }
 
+/// A value over a range, for each procedure: the larger the noise, the larger the reported sigma; an unknown key is named.
 #[test]
-fn what_only_a_pool_s_budget_has_is_refused() {
-    let folder = tempfile::tempdir().expect("folder");
-    let (file, out) = (scenario("usbl.toml"), folder.path().join("out"));
-    let (file, out) = (file.to_string_lossy(), out.to_string_lossy());
-    let vary = "attitude.rate_hz=1:2:1";
-    let output = command(&[
-        "budget", &file, "--trials", "2", "--vary", vary, "--out", &out,
-    ]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(
-        said.contains("--vary: found with a usbl scenario"),
-        "{said}"
-    );
-    assert!(!Path::new(&*out).exists());
+fn values_are_varied_for_every_procedure() {
+    let cases = [
+        ("usbl.toml", "fixes.angle_sigma_deg", "0.02,0.2", 0),
+        ("rail-thin.toml", "table.angle_sigma_deg", "0.001,0.1", 2),
+    ];
+    for (name, key, values, parameter) in cases {
+        let folder = tempfile::tempdir().expect("folder");
+        let (file, out) = (scenario(name), folder.path().join("out"));
+        let (file, to) = (file.to_string_lossy(), out.to_string_lossy());
+        let vary = format!("{key}={values}");
+        let unknown = format!("{key}x=1,2");
+        let output = command(&[
+            "budget", &file, "--trials", "2", "--vary", &unknown, "--out", &to,
+        ]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(
+            said.contains("nearest known one") && !out.exists(),
+            "{said}"
+        );
+        let output = command(&[
+            "budget", &file, "--trials", "2", "--vary", &vary, "--out", &to,
+        ]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        let text = std::fs::read(out.join("result.json")).expect("a result");
+        let found: BudgetResult = serde_json::from_slice(&text).expect("a budget");
+        let points = found.sweep.expect("a sweep").points;
+        let sigma = |k: usize| {
+            let reported = points[k].paths[0].reported.clone().expect("reported");
+            reported.standard_deviation.expect("sigmas")[parameter].expect("a sigma")
+        };
+        assert!(
+            sigma(1) > 1.2 * sigma(0),
+            "{name}: {} {}",
+            sigma(0),
+            sigma(1)
+        );
+        assert!(out.join("sweep.csv").exists());
+    }
+}
+
+/// Ctrl-C while trials run, for each procedure: exit code 130, what is done is kept, and continuing gives the bytes of an undisturbed
+/// run.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_what_is_done_for_every_procedure() {
+    for (name, trials) in [("usbl.toml", "40"), ("rail-thin.toml", "12")] {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = scenario(name);
+        let file = file.to_string_lossy();
+        let [out, fresh] = ["out", "fresh"].map(|f| folder.path().join(f));
+        let base = |to: &Path| {
+            let to = to.to_string_lossy().into_owned();
+            [
+                "budget", &file, "--trials", trials, "--single", "2", "--out", &to, "--quiet",
+            ]
+            .map(str::to_owned)
+            .to_vec()
+        };
+        let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("boresight"))
+            .args(base(&out))
+            .spawn()
+            .expect("the program runs");
+        let ledger = out.join("trials/together.csv");
+        let lines = || std::fs::read_to_string(&ledger).map_or(0, |t| t.lines().count());
+        while lines() < 4 {
+            assert!(child.try_wait().expect("a child").is_none(), "ended early");
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        let mut kill = std::process::Command::new("kill");
+        let sent = kill.args(["-INT", &child.id().to_string()]).status();
+        assert!(sent.expect("kill").success());
+        let code = child.wait().expect("an end").code();
+        assert_eq!(code, Some(130), "{name}");
+        assert!(!out.join("result.json").exists());
+        let mut resumed = base(&out);
+        resumed.push("--resume".to_owned());
+        for arguments in [resumed, base(&fresh)] {
+            let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+            assert_eq!(command(&words).status.code(), Some(0), "{name}");
+        }
+        for file in [
+            "result.json",
+            "budget.csv",
+            "trials/together.csv",
+            "trials/nothing.csv",
+        ] {
+            let bytes = |f: &Path| std::fs::read(f.join(file)).expect("bytes");
+            assert!(bytes(&out) == bytes(&fresh), "{name}: {file}");
+        }
+    }
 }
 
 #[test]

@@ -10,13 +10,21 @@ use boresight::results::{BudgetResult, PlanResult};
 use serde_json::{Value, json};
 
 fn six(values: [f64; 6]) -> Value {
-    let [pitch, roll, yaw, x, y, z] = values;
-    json!({"pitch_deg": pitch, "roll_deg": roll, "yaw_deg": yaw, "lx_m": x, "ly_m": y, "lz_m": z})
+    json!(values)
 }
 
 fn parts(values: [f64; 6]) -> Value {
-    let [pitch, roll, yaw, x, y, z] = values;
-    json!({"pitch": pitch, "roll": roll, "yaw": yaw, "lx": x, "ly": y, "lz": z})
+    json!(values)
+}
+
+fn parameters() -> Value {
+    let parameter = |(name, unit): (&str, &str)| json!({"name": name, "unit": unit});
+    let (angles, arm) = (["pitch", "roll", "yaw"], ["lx", "ly", "lz"]);
+    let all = angles
+        .map(|n| (n, "deg"))
+        .into_iter()
+        .chain(arm.map(|n| (n, "m")));
+    all.map(parameter).collect()
 }
 
 const SIGMA: [f64; 6] = [0.03, 0.01, 0.06, 0.0004, 0.006, 0.002];
@@ -25,7 +33,7 @@ fn statistics(path: &str, factor: f64) -> Value {
     let reported = json!({
         "standard_deviation": six(SIGMA), "pull_mean": parts([0.1, -0.05, 0.0, 0.02, 0.0, -0.1]),
         "pull_rms": parts([1.0, 1.05, 0.98, 1.3, 1.0, 0.96]), "pull_rms_interval": {"lower": 0.9, "upper": 1.1},
-        "nees": {"mean": 6.1, "interval": {"lower": 5.5, "upper": 6.5}, "trials": 200}, "variance_factor": 1.001,
+        "nees": {"mean": 6.1, "interval": {"lower": 5.5, "upper": 6.5}, "trials": 200, "parameters": 6}, "variance_factor": 1.001,
     });
     json!({
         "path": path, "trials": 200, "usable": 198, "bias": six([0.001; 6]), "bias_standard_error": six([0.002; 6]),
@@ -75,7 +83,7 @@ fn sweep(keys: &[&str]) -> Value {
             vec![2.0, 7.0],
         ],
     };
-    let point = |v: &Vec<f64>| json!({"values": v, "paths": [statistics("joint", 1.0 + v[0]), statistics("sequential", 5.0)], "refusals": []});
+    let point = |v: &Vec<f64>| json!({"values": v, "paths": [statistics("joint", 1.0 + v[0]), statistics("reference", 5.0)], "refusals": []});
     json!({"keys": keys, "trials": 40, "points": values.iter().map(point).collect::<Vec<_>>()})
 }
 
@@ -92,17 +100,17 @@ fn swath() -> Value {
         json!({"depth_m": d, "orders": [{"order": "Exclusive", "horizontal_m": 1.0, "vertical_m": 0.15}, {"order": "1a", "horizontal_m": 5.5, "vertical_m": 0.52},
             {"order": "1b", "horizontal_m": 5.5, "vertical_m": 0.52}]})
     };
-    json!({"standard": "S-44", "assumptions": "level boat", "limits": [limits(10.0), limits(50.0)], "paths": [path("joint"), path("sequential")]})
+    json!({"standard": "S-44", "assumptions": "level boat", "limits": [limits(10.0), limits(50.0)], "paths": [path("joint"), path("reference")]})
 }
 
 fn whole() -> Value {
     let sources = ["position_drift", "sonar_range", "sonar_angle", "heading"].map(source);
     json!({
-        "format_version": 1, "scenario": "a scenario", "scenario_sha256": "00", "software": {"name": "boresight", "version": "0.0.0"},
+        "format_version": 2, "procedure": "pool", "parameters": parameters(), "scenario": "a scenario", "scenario_sha256": "00", "software": {"name": "boresight", "version": "0.0.0"},
         "first_seed": 1, "trials": 200, "single_trials": 50, "confidence": 0.95, "configuration": {"joint": {}},
         "sources": sources,
-        "paths": [path("joint", 1.0), path("sequential", 6.0), path("sequential_projected", 5.0)],
-        "refusals": [{"path": "sequential", "code": "out", "count": 2, "seeds": [3, 9], "example": "out of passes"}],
+        "paths": [path("joint", 1.0), path("reference", 6.0), path("reference_projected", 5.0)],
+        "refusals": [{"path": "reference", "code": "out", "count": 2, "seeds": [3, 9], "example": "out of passes"}],
         "sweep": sweep(&["trajectory.position_drift_sigma_m"]), "swath": swath(), "command": "boresight budget a.toml --trials 200",
         "notes": ["a note"],
     })
@@ -116,7 +124,7 @@ fn plan_value() -> Value {
     let pass = |d: f64, crab: f64| json!({"name": format!("{d} m"), "distance_m": d, "from_m": -9.0, "to_m": 9.0, "speed_m_s": 0.5, "crab_deg": crab});
     let candidate = |d: f64| json!({"pass": pass(d, 5.0), "soundings": 500, "returns": 600, "standard_deviation_if_next": six(SIGMA.map(|s| s * 0.7))});
     json!({
-        "format_version": 1, "scenario": "a scenario", "software": {"name": "boresight", "version": "0.0.0"}, "command": "boresight plan a.toml",
+        "format_version": 2, "parameters": parameters(), "scenario": "a scenario", "software": {"name": "boresight", "version": "0.0.0"}, "command": "boresight plan a.toml",
         "criterion": "d", "wanted": six([0.015, 0.015, 0.015, 0.0012, 0.0012, 0.0012]), "sailed": [pass(6.0, 0.0)],
         "sailed_standard_deviation": six(SIGMA),
         "candidates": [candidate(4.0), candidate(9.0), {"pass": pass(80.0, 0.0), "soundings": 0, "returns": 0, "standard_deviation_if_next": null, "refusal": "out of range"}],

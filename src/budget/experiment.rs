@@ -8,11 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
 use std::sync::{Mutex, PoisonError};
 
-use super::ledger::{self, Header, Ledger, LedgerError, Records};
-use super::sources::{about, acting, alone, nothing};
-use super::sweep::Point;
-use super::trial::{Configuration, Trial, trial};
-use crate::simulate::{Scenario, Source};
+use super::ledger::{self, Columns, Header, Ledger, LedgerError, Records};
+use crate::calibrate::tried::{Acting, Trial, Tried};
+use crate::calibrate::vary::{Point, VaryError};
 
 /// What a cell is for.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,12 +19,23 @@ pub enum Role {
     Together,
     /// No source: the method's own error. It has one trial, as nothing in it is left to chance.
     Nothing,
-    /// One source alone.
-    Alone(Source),
+    /// The source of this place alone.
+    Alone(usize),
     /// All sources together, each observation tied to the face that it truly struck.
     TrueTies,
-    /// A point of a sweep.
-    Sweep(Point),
+    /// A point of a sweep, by its place among the experiment's points.
+    Sweep(usize),
+}
+
+impl Role {
+    fn acting(&self) -> Acting {
+        match self {
+            Role::Together | Role::Sweep(_) => Acting::All,
+            Role::Nothing => Acting::None,
+            Role::Alone(place) => Acting::Only(*place),
+            Role::TrueTies => Acting::AllWithTrueTies,
+        }
+    }
 }
 
 /// Trials of one scenario.
@@ -34,35 +43,22 @@ pub enum Role {
 pub struct Cell {
     /// What for.
     pub role: Role,
-    /// What is simulated.
-    pub scenario: Scenario,
+    /// Name of its ledger, also a word for progress.
+    pub name: String,
     /// How many seeds, from the experiment's first.
     pub trials: u64,
 }
 
-impl Cell {
-    /// Name of its ledger, also a word for progress.
-    #[must_use]
-    pub fn name(&self) -> String {
-        match &self.role {
-            Role::Together => "together".to_owned(),
-            Role::Nothing => "nothing".to_owned(),
-            Role::Alone(source) => format!("only-{}", about(*source).name),
-            Role::TrueTies => "true-ties".to_owned(),
-            Role::Sweep(point) => point.file_name(),
-        }
-    }
-}
-
 /// A set of cells.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Experiment {
-    /// How trials are calibrated.
-    pub configuration: Configuration,
+pub struct Experiment<'a> {
+    /// What is tried.
+    pub tried: &'a dyn Tried,
     /// First seed of every cell: common random numbers.
     pub first_seed: u64,
     /// The cells, all together first.
     pub cells: Vec<Cell>,
+    /// The points of a sweep, each with its scenario.
+    pub points: Vec<(Point, Box<dyn Tried>)>,
 }
 
 /// How a run ended.
@@ -79,47 +75,68 @@ pub enum Ended {
     },
 }
 
-impl Experiment {
-    /// `trials` of all sources together and, with `single` above 0, that many of each acting source alone, as many of all with true ties
-    /// (no more than `trials`, with which they are compared), and one of none.
+impl<'a> Experiment<'a> {
+    /// `trials` of all sources together and, with `single` above 0, one of none, that many of each acting source alone and, where the
+    /// simulation knows true ties, as many of all with them (no more than `trials`, with which they are compared).
     #[must_use]
-    pub fn new(
-        scenario: &Scenario,
-        configuration: Configuration,
-        first_seed: u64,
-        trials: u64,
-        single: u64,
-    ) -> Self {
-        let cell = |role, scenario: Scenario, trials| Cell {
+    pub fn new(tried: &'a dyn Tried, first_seed: u64, trials: u64, single: u64) -> Self {
+        let cell = |role, name: &str, trials| Cell {
             role,
-            scenario,
+            name: name.to_owned(),
             trials,
         };
-        let mut cells = vec![cell(Role::Together, scenario.clone(), trials)];
+        let mut cells = vec![cell(Role::Together, "together", trials)];
         if single > 0 {
-            cells.push(cell(Role::Nothing, nothing(scenario), 1));
-            let sources = acting(scenario).into_iter();
-            cells.extend(sources.map(|s| cell(Role::Alone(s), alone(scenario, s), single)));
-            let pairs = single.min(trials);
-            cells.push(cell(Role::TrueTies, scenario.clone(), pairs));
+            cells.push(cell(Role::Nothing, "nothing", 1));
+            for (place, source) in tried.sources().iter().enumerate() {
+                let name = format!("only-{}", source.source);
+                cells.push(cell(Role::Alone(place), &name, single));
+            }
+            if tried.knows_true_ties() {
+                cells.push(cell(Role::TrueTies, "true-ties", single.min(trials)));
+            }
         }
         Self {
-            configuration,
+            tried,
             first_seed,
             cells,
+            points: vec![],
         }
     }
 
     /// Adds a sweep: `trials` at each of its points, under the same seeds.
-    #[must_use]
-    pub fn with_sweep(mut self, points: Vec<(Point, Scenario)>, trials: u64) -> Self {
-        let cell = |(point, scenario)| Cell {
-            role: Role::Sweep(point),
-            scenario,
-            trials,
-        };
-        self.cells.extend(points.into_iter().map(cell));
-        self
+    ///
+    /// # Errors
+    /// [`VaryError`]: an unknown key, or a value that makes the scenario impossible.
+    pub fn with_sweep(mut self, points: Vec<Point>, trials: u64) -> Result<Self, VaryError> {
+        for point in points {
+            self.cells.push(Cell {
+                role: Role::Sweep(self.points.len()),
+                name: point.file_name(),
+                trials,
+            });
+            let tried = self.tried.varied(&point)?;
+            self.points.push((point, tried));
+        }
+        Ok(self)
+    }
+
+    /// What a cell tries.
+    fn tried_in(&self, cell: &Cell) -> &dyn Tried {
+        match cell.role {
+            Role::Sweep(place) => &*self.points[place].1,
+            _ => self.tried,
+        }
+    }
+
+    /// Whether every cell can be simulated.
+    ///
+    /// # Errors
+    /// What stands against it.
+    pub fn check(&self) -> Result<(), String> {
+        self.cells
+            .iter()
+            .try_for_each(|cell| self.tried_in(cell).check())
     }
 
     /// Trials wanted.
@@ -131,15 +148,7 @@ impl Experiment {
     /// What a cell's ledger must say.
     #[must_use]
     pub fn header(&self, cell: &Cell) -> Header {
-        Header::new(&cell.scenario, &self.of(cell), self.first_seed)
-    }
-
-    /// How a cell's trials are calibrated.
-    fn of(&self, cell: &Cell) -> Configuration {
-        Configuration {
-            true_ties: cell.role == Role::TrueTies,
-            ..self.configuration.clone()
-        }
+        Header::new(self.tried_in(cell), &cell.name, self.first_seed)
     }
 
     /// Checks and mends the ledgers in a folder, which is made when missing; says how many trials are done by cell, at most
@@ -184,14 +193,14 @@ impl Experiment {
         let before: u64 = done.iter().sum();
         let (next, finished) = (AtomicU64::new(0), AtomicU64::new(before));
         let sink = Mutex::new(Sink::new(self, folder, done));
-        let configurations: Vec<_> = self.cells.iter().map(|cell| self.of(cell)).collect();
         // one loop for each thread: a loop that could be stolen would hold up the trial whose thread stole it
         rayon::broadcast(|_| {
             while !stop.load(SeqCst) {
                 let Some((cell, seed)) = queue.get(next.fetch_add(1, SeqCst)) else {
                     break;
                 };
-                let trial = trial(&self.cells[cell].scenario, &configurations[cell], seed);
+                let of = &self.cells[cell];
+                let trial = self.tried_in(of).trial(seed, of.role.acting());
                 let mut sink = sink.lock().unwrap_or_else(PoisonError::into_inner);
                 if !sink.put(cell, trial) {
                     break;
@@ -228,7 +237,7 @@ impl Experiment {
 /// File of a cell's trials.
 #[must_use]
 pub fn ledger_of(folder: &Path, cell: &Cell) -> PathBuf {
-    folder.join(format!("{}.csv", cell.name()))
+    folder.join(format!("{}.csv", cell.name))
 }
 
 /// The missing trials in order.
@@ -261,6 +270,7 @@ impl Queue {
 
 /// Puts trials into the ledgers in the order of seeds, whatever the order in which they come.
 struct Sink {
+    columns: Columns,
     cells: Vec<Waiting>,
     failed: Option<LedgerError>,
 }
@@ -274,7 +284,7 @@ struct Waiting {
 }
 
 impl Sink {
-    fn new(experiment: &Experiment, folder: &Path, done: &[u64]) -> Self {
+    fn new(experiment: &Experiment<'_>, folder: &Path, done: &[u64]) -> Self {
         let waiting = |(cell, done): (&Cell, &u64)| Waiting {
             file: ledger_of(folder, cell),
             ledger: None,
@@ -283,6 +293,7 @@ impl Sink {
             early: BTreeMap::new(),
         };
         Self {
+            columns: Columns::of(experiment.tried),
             cells: experiment.cells.iter().zip(done).map(waiting).collect(),
             failed: None,
         }
@@ -291,19 +302,19 @@ impl Sink {
     /// False when nothing can be written any more.
     fn put(&mut self, cell: usize, trial: Trial) -> bool {
         if self.failed.is_none() {
-            self.failed = self.cells[cell].put(trial).err();
+            self.failed = self.cells[cell].put(trial, &self.columns).err();
         }
         self.failed.is_none()
     }
 }
 
 impl Waiting {
-    fn put(&mut self, trial: Trial) -> Result<(), LedgerError> {
+    fn put(&mut self, trial: Trial, columns: &Columns) -> Result<(), LedgerError> {
         self.early.insert(trial.seed, trial);
         while let Some(trial) = self.early.remove(&self.next_seed) {
             let ledger = match &mut self.ledger {
                 Some(ledger) => ledger,
-                none => none.insert(Ledger::open(&self.file)?),
+                none => none.insert(Ledger::open(&self.file, columns)?),
             };
             ledger.append(&trial)?;
             self.next_seed += 1;
@@ -318,13 +329,12 @@ impl Waiting {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::DEMO;
+    use crate::budget::toy::Toy;
 
     #[test]
     fn the_queue_is_cell_by_cell_and_leaves_out_what_is_done() {
-        let scenario = Scenario::from_toml(DEMO).expect("the demo");
-        let mut experiment = Experiment::new(&scenario, Configuration::default(), 10, 3, 2);
-        experiment.cells.truncate(4);
+        let toy = Toy::default();
+        let experiment = Experiment::new(&toy, 10, 3, 2);
         let queue = Queue::new(&experiment.cells, &[1, 1, 0, 2], 10);
         let all: Vec<_> = (0..6).map(|n| queue.get(n)).collect();
         assert_eq!(
@@ -342,14 +352,10 @@ mod tests {
 
     #[test]
     fn every_acting_source_has_its_cell() {
-        let scenario = Scenario::from_toml(DEMO).expect("the demo");
-        let experiment = Experiment::new(&scenario, Configuration::default(), 1, 3, 2);
-        assert_eq!(experiment.cells.len(), 3 + acting(&scenario).len());
-        assert_eq!(
-            experiment.trials(),
-            3 + 1 + 2 + 2 * acting(&scenario).len() as u64
-        );
-        let names: Vec<String> = experiment.cells.iter().map(Cell::name).collect();
-        assert_eq!(names[..3], ["together", "nothing", "only-position_white"]);
+        let toy = Toy::default();
+        let experiment = Experiment::new(&toy, 1, 3, 2);
+        let names: Vec<&str> = experiment.cells.iter().map(|c| &*c.name).collect();
+        assert_eq!(names, ["together", "nothing", "only-first", "only-second"]);
+        assert_eq!(experiment.trials(), 3 + 1 + 2 * 2);
     }
 }

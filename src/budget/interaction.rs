@@ -9,59 +9,73 @@ use std::path::Path;
 
 use super::experiment::{Cell, Experiment, Role};
 use super::ledger::LedgerError;
-use super::statistics::Moments;
-use super::trial::{Error6, Trial};
-use crate::results::BudgetPath;
+use super::statistics::minus;
+use crate::calibrate::tried::Trial;
+use crate::stats::Moments;
 
 /// The error of a path in a trial, if it was usable.
-#[must_use]
-pub fn error_of(trial: &Trial, path: BudgetPath) -> Option<Error6> {
-    match path {
-        BudgetPath::Joint => trial.joint.as_ref().ok().map(|j| j.error),
-        BudgetPath::Sequential => trial.sequential.as_ref().ok().copied(),
-        BudgetPath::SequentialProjected => trial.projected.as_ref().ok().copied(),
-    }
+fn error_of(trial: &Trial, path: usize) -> Option<&Vec<f64>> {
+    Some(&trial.paths.get(path)?.as_ref().ok()?.error)
 }
 
-/// What wrong ties add to each path's error, over the seeds in which it is usable with them and without; streamed.
+/// Sums of nothing, for every path.
+fn empty(experiment: &Experiment<'_>) -> Vec<Moments> {
+    let parameters = experiment.tried.parameters().len();
+    vec![Moments::new(parameters); experiment.tried.paths().len()]
+}
+
+fn cell_of<'e>(experiment: &'e Experiment<'_>, role: &Role) -> Option<&'e Cell> {
+    experiment.cells.iter().find(|cell| cell.role == *role)
+}
+
+/// What wrong ties add to each path's error, over the seeds in which it is usable with them and without; streamed. `None` where no
+/// trials with true ties were run.
 ///
 /// # Errors
 /// [`LedgerError`]: a ledger cannot be read.
-pub fn association(experiment: &Experiment, folder: &Path) -> Result<[Moments; 3], LedgerError> {
-    let mut all = [(); 3].map(|()| Moments::default());
-    let find = |role: Role| experiment.cells.iter().find(|cell| cell.role == role);
+pub fn association(
+    experiment: &Experiment<'_>,
+    folder: &Path,
+) -> Result<Option<Vec<Moments>>, LedgerError> {
+    let find = |role| cell_of(experiment, &role);
     let (Some(together), Some(true_ties)) = (find(Role::Together), find(Role::TrueTies)) else {
-        return Ok(all);
+        return Ok(None);
     };
+    let mut all = empty(experiment);
     let pairs = experiment.read(folder, together)?;
     for (together, true_ties) in pairs.zip(experiment.read(folder, true_ties)?) {
         let (together, true_ties) = (together?, true_ties?);
-        for path in BudgetPath::ALL {
+        for (path, sums) in all.iter_mut().enumerate() {
             let errors = error_of(&together, path).zip(error_of(&true_ties, path));
             if let Some((found, truly)) = errors {
-                all[path as usize].add(&std::array::from_fn(|i| found[i] - truly[i]));
+                sums.add(&minus(found, truly));
             }
         }
     }
-    Ok(all)
+    Ok(Some(all))
 }
 
-/// The interaction of each path over the seeds that all cells have and in which that path is always usable; streamed.
+/// The interaction of each path over the seeds that all cells have and in which that path is always usable; streamed. Without trials
+/// with true ties it is that of all together as they are.
 ///
 /// # Errors
 /// [`LedgerError`]: a ledger cannot be read.
-pub fn interaction(experiment: &Experiment, folder: &Path) -> Result<[Moments; 3], LedgerError> {
-    let mut all = [(); 3].map(|()| Moments::default());
-    let cells = &experiment.cells;
-    let find = |role: Role| cells.iter().find(|cell| cell.role == role);
-    let (Some(together), Some(nothing)) = (find(Role::TrueTies), find(Role::Nothing)) else {
+pub fn interaction(
+    experiment: &Experiment<'_>,
+    folder: &Path,
+) -> Result<Vec<Moments>, LedgerError> {
+    let mut all = empty(experiment);
+    let find = |role| cell_of(experiment, &role);
+    let together = find(Role::TrueTies).or(find(Role::Together));
+    let (Some(together), Some(nothing)) = (together, find(Role::Nothing)) else {
         return Ok(all);
     };
     let Some(none) = experiment.read(folder, nothing)?.next().transpose()? else {
         return Ok(all);
     };
     let is_single = |cell: &&Cell| matches!(cell.role, Role::Alone(_));
-    let mut singles = cells
+    let mut singles = experiment
+        .cells
         .iter()
         .filter(is_single)
         .map(|cell| experiment.read(folder, cell))
@@ -73,9 +87,9 @@ pub fn interaction(experiment: &Experiment, folder: &Path) -> Result<[Moments; 3
             break;
         };
         let row = row.into_iter().collect::<Result<Vec<Trial>, _>>()?;
-        for path in BudgetPath::ALL {
+        for (path, sums) in all.iter_mut().enumerate() {
             if let Some(rest) = beyond_the_sum(&together, &none, &row, path) {
-                all[path as usize].add(&rest);
+                sums.add(&rest);
             }
         }
     }
@@ -86,18 +100,12 @@ fn beyond_the_sum(
     together: &Trial,
     none: &Trial,
     singles: &[Trial],
-    path: BudgetPath,
-) -> Option<Error6> {
+    path: usize,
+) -> Option<Vec<f64>> {
     let none = error_of(none, path)?;
-    let mut rest = error_of(together, path)?;
-    for i in 0..6 {
-        rest[i] -= none[i];
-    }
+    let mut rest = minus(error_of(together, path)?, none);
     for single in singles {
-        let single = error_of(single, path)?;
-        for i in 0..6 {
-            rest[i] -= single[i] - none[i];
-        }
+        rest = minus(&rest, &minus(error_of(single, path)?, none));
     }
     Some(rest)
 }
@@ -105,18 +113,21 @@ fn beyond_the_sum(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::budget::trial::Reason;
+    use crate::calibrate::tried::{Reason, Said};
 
     fn trial(error: f64) -> Trial {
-        let reason = Reason {
-            code: "no_wall".to_owned(),
-            text: String::new(),
+        let said = |error| Said {
+            error: vec![error; 3],
+            covariance: None,
+            variance_factor: None,
         };
         Trial {
             seed: 1,
-            joint: Err(reason),
-            sequential: Ok([error; 6]),
-            projected: Ok([2.0 * error; 6]),
+            paths: vec![
+                Err(Reason::new("no_wall", &"")),
+                Ok(said(error)),
+                Ok(said(2.0 * error)),
+            ],
         }
     }
 
@@ -125,8 +136,8 @@ mod tests {
         // the method 1, the sources 2 and 3 beyond it, all together 7: 1 + 2 + 3 and 1 more
         let singles = [trial(3.0), trial(4.0)];
         let rest = |path| beyond_the_sum(&trial(7.0), &trial(1.0), &singles, path);
-        assert_eq!(rest(BudgetPath::Sequential), Some([1.0; 6]));
-        assert_eq!(rest(BudgetPath::SequentialProjected), Some([2.0; 6]));
-        assert_eq!(rest(BudgetPath::Joint), None);
+        assert_eq!(rest(1), Some(vec![1.0; 3]));
+        assert_eq!(rest(2), Some(vec![2.0; 3]));
+        assert_eq!(rest(0), None);
     }
 }

@@ -2,130 +2,107 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix6, Vector6};
-
-use super::analytic::{Analytic, PathBudget, Prediction};
-use super::sources::{about, acting};
-use super::statistics::{efficiency, six_values, variance_ratio_interval};
-use crate::procedures::pool::joint::SIX;
-use crate::results::{
-    self, Agreement, BudgetPath, BudgetResult, Origin, PathStatistics, SixFigures, SourceShare,
-};
-use crate::simulate::{Scenario, Source};
+use super::statistics::{known, ratios as quotients, roots, shown, variance_ratio_interval};
+use crate::adjust::Unit;
+use crate::calibrate::tried::{Moved, Propagated, PropagatedPath, Tried};
+use crate::results::{Agreement, BudgetResult, Origin, PathBudget, PathStatistics, SourceShare};
 
 /// Parts of a path's variance below this are not compared: what decides there is one tie more or less.
 const COMPARED: f64 = 1e-3;
 
 /// Adds the analytic figures to a result that already has those of the trials, if there are any.
-pub fn add(result: &mut BudgetResult, scenario: &Scenario, analytic: &Analytic) {
-    let acting = acting(scenario);
+pub fn add(result: &mut BudgetResult, tried: &dyn Tried, propagated: &Propagated) {
+    let units: Vec<Unit> = tried.parameters().iter().map(|p| p.unit).collect();
     for path in &mut result.paths {
-        let Some(budget) = of(path, analytic) else {
+        let Some(budget) = propagated.paths.iter().find(|p| p.name == path.path) else {
             continue;
         };
-        let mut shares = shares(budget, &acting);
+        let of = Of {
+            units: &units,
+            total: diagonal(budget),
+        };
+        let mut shares = of.shares(budget);
         shares.append(&mut path.shares);
         path.shares = shares;
-        path.predicted = Some(together(budget));
-        path.bound = analytic
-            .bound
-            .and_then(|bound| SixFigures::from_si(sigmas(&bound)));
-        path.efficiency = analytic.bound.and_then(|bound| {
-            let variance = trials_variance(path).unwrap_or_else(|| diagonal(&budget.covariance));
-            efficiency(&diagonal(&bound), &variance)
+        path.predicted = Some(of.together(budget));
+        let bound = propagated.bound.as_deref();
+        path.bound = bound.and_then(|bound| shown(&units, &deviations(bound)));
+        path.efficiency = bound.and_then(|bound| {
+            let variance = trials_variance(path, &units).unwrap_or(of.total);
+            known(quotients(bound, &variance))
         });
     }
-    if let Err(reason) = &analytic.sequential {
-        result
-            .notes
-            .push(format!("the reference path is not predicted: {reason}"));
-    }
+    result.notes.extend(propagated.notes.iter().cloned());
     compare(result);
 }
 
-/// The literal variant has no derivative; where the reference path is configured as projected, both columns are the same path.
-fn of<'a>(path: &results::PathBudget, analytic: &'a Analytic) -> Option<&'a PathBudget> {
-    match path.path {
-        BudgetPath::Joint => Some(&analytic.joint),
-        BudgetPath::SequentialProjected => analytic.sequential.as_ref().ok(),
-        BudgetPath::Sequential => analytic
-            .sequential
-            .as_ref()
-            .ok()
-            .filter(|_| path.variant == "projected"),
-    }
+/// What every figure of a path refers to.
+struct Of<'a> {
+    units: &'a [Unit],
+    /// Variance of everything together.
+    total: Vec<f64>,
 }
 
-fn shares(budget: &PathBudget, acting: &[Source]) -> Vec<SourceShare> {
-    let total = budget.covariance.diagonal();
-    let mut shares = vec![share(
-        "nothing",
-        Some((budget.method_bias, Matrix6::zeros())),
-        &total,
-        "the method's own error, without any source",
-    )];
-    for (source, prediction) in &budget.sources {
-        if !acting.contains(source) {
-            continue;
+impl Of<'_> {
+    fn shares(&self, budget: &PropagatedPath) -> Vec<SourceShare> {
+        let own = Moved {
+            bias: budget.method_bias.clone(),
+            variance: vec![0.0; self.units.len()],
+        };
+        let note = "the method's own error, without any source";
+        let mut shares = vec![self.share("nothing", Some(&own), note)];
+        for (name, moved) in &budget.sources {
+            shares.push(match moved {
+                Ok(moved) => self.share(name, Some(moved), ""),
+                Err(reason) => self.share(name, None, reason),
+            });
         }
-        let name = about(*source).name;
-        shares.push(match prediction {
-            Prediction::Linear { bias, covariance } => {
-                share(name, Some((*bias, *covariance)), &total, "")
-            }
-            Prediction::NotPredicted { reason } => share(name, None, &total, reason),
-        });
+        shares
     }
-    shares
+
+    fn together(&self, budget: &PropagatedPath) -> SourceShare {
+        let all = Moved {
+            bias: budget.bias.clone(),
+            variance: self.total.clone(),
+        };
+        self.share("together", Some(&all), "all sources that have a derivative")
+    }
+
+    fn share(&self, source: &str, moved: Option<&Moved>, note: &str) -> SourceShare {
+        let part = |moved: &Moved| known(quotients(&moved.variance, &self.total));
+        let sigmas = |moved: &Moved| shown(self.units, &deviations(&moved.variance));
+        SourceShare {
+            source: source.to_owned(),
+            origin: Origin::Analytic,
+            usable: 0,
+            trials: 0,
+            bias: moved.and_then(|moved| shown(self.units, &moved.bias)),
+            bias_standard_error: None,
+            standard_deviation: moved.and_then(sigmas),
+            standard_deviation_interval: None,
+            share: moved.and_then(part),
+            note: note.to_owned(),
+        }
+    }
 }
 
-fn together(budget: &PathBudget) -> SourceShare {
-    let total = budget.covariance.diagonal();
-    share(
-        "together",
-        Some((budget.bias, budget.covariance)),
-        &total,
-        "all sources that have a derivative",
-    )
+fn deviations(variance: &[f64]) -> Vec<f64> {
+    let positive: Vec<f64> = variance.iter().map(|v| v.max(0.0)).collect();
+    roots(&positive)
 }
 
-fn share(
-    source: &str,
-    found: Option<(Vector6<f64>, Matrix6<f64>)>,
-    total: &Vector6<f64>,
-    note: &str,
-) -> SourceShare {
-    let part = |(_, covariance): &(Vector6<f64>, Matrix6<f64>)| {
-        let part: [f64; 6] = covariance.diagonal().component_div(total).into();
-        part.iter().all(|p| p.is_finite()).then(|| six_values(part))
+fn diagonal(budget: &PropagatedPath) -> Vec<f64> {
+    budget.covariance.diagonal().iter().copied().collect()
+}
+
+/// In SI units and radians.
+fn trials_variance(path: &PathBudget, units: &[Unit]) -> Option<Vec<f64>> {
+    let deviation = path.together.as_ref()?.standard_deviation.as_ref()?;
+    let variance = |(sigma, unit): (&Option<f64>, &Unit)| match (sigma.unwrap_or(f64::NAN), unit) {
+        (sigma, Unit::Radian) => sigma.to_radians() * sigma.to_radians(),
+        (sigma, Unit::Metre | Unit::Second | Unit::One) => sigma * sigma,
     };
-    SourceShare {
-        source: source.to_owned(),
-        origin: Origin::Analytic,
-        usable: 0,
-        trials: 0,
-        bias: found.and_then(|(bias, _)| SixFigures::from_si(bias.into())),
-        bias_standard_error: None,
-        standard_deviation: found.and_then(|(_, c)| SixFigures::from_si(sigmas(&c))),
-        standard_deviation_interval: None,
-        share: found.as_ref().and_then(part),
-        note: note.to_owned(),
-    }
-}
-
-fn sigmas(covariance: &Matrix6<f64>) -> [f64; 6] {
-    diagonal(covariance).map(|v| v.max(0.0).sqrt())
-}
-
-fn diagonal(covariance: &Matrix6<f64>) -> [f64; 6] {
-    covariance.diagonal().into()
-}
-
-fn trials_variance(path: &results::PathBudget) -> Option<[f64; 6]> {
-    let deviation = path.together.as_ref()?.standard_deviation?;
-    let [pitch, roll, yaw, lx, ly, lz] = deviation.in_order();
-    let rad = f64::to_radians;
-    Some([rad(pitch), rad(roll), rad(yaw), lx, ly, lz].map(|s| s * s))
+    Some(deviation.iter().zip(units).map(variance).collect())
 }
 
 /// A pair of variances that are to be the same.
@@ -141,11 +118,12 @@ struct Pair {
 
 /// Compares every source alone and all together, with one interval for all comparisons at once.
 fn compare(result: &mut BudgetResult) {
+    let names: Vec<String> = result.parameters.iter().map(|p| p.name.clone()).collect();
     let pairs: Vec<Pair> = result
         .paths
         .iter()
         .enumerate()
-        .flat_map(|(k, path)| pairs(k, path))
+        .flat_map(|(k, path)| pairs(k, path, &names))
         .collect();
     let comparisons = pairs.iter().map(|p| p.ratio.len() as u64).sum();
     for pair in pairs {
@@ -174,7 +152,7 @@ fn compare(result: &mut BudgetResult) {
     }
 }
 
-fn pairs(k: usize, path: &results::PathBudget) -> Vec<Pair> {
+fn pairs(k: usize, path: &PathBudget, names: &[String]) -> Vec<Pair> {
     let Some(predicted) = &path.predicted else {
         return vec![];
     };
@@ -183,25 +161,25 @@ fn pairs(k: usize, path: &results::PathBudget) -> Vec<Pair> {
             .iter()
             .find(|s| s.origin == origin && s.source == source)
     };
-    let total = predicted.standard_deviation;
+    let total = predicted.standard_deviation.as_deref();
     let mut pairs = vec![];
     for analytic in path.shares.iter().filter(|s| s.origin == Origin::Analytic) {
         let Some(found) = by(Origin::MonteCarlo, &analytic.source) else {
             continue;
         };
-        let deviations = (found.standard_deviation, analytic.standard_deviation);
+        let (of_trials, of_analysis) = (&found.standard_deviation, &analytic.standard_deviation);
         pairs.push(Pair {
             path: k,
             source: analytic.source.clone(),
             trials: found.usable,
-            ratio: ratios(deviations, total),
+            ratio: ratios(names, of_trials.as_deref(), of_analysis.as_deref(), total),
             note: "a source that small moves the result by single ties at the edges of faces, or by a bias of second order: \
                    docs/error-budget-theory.md"
                 .to_owned(),
         });
     }
     if let Some(together) = &path.together {
-        pairs.push(all(k, path, together, predicted));
+        pairs.push(all(k, path, together, predicted, names));
     }
     pairs.retain(|p| !p.ratio.is_empty());
     pairs
@@ -209,11 +187,15 @@ fn pairs(k: usize, path: &results::PathBudget) -> Vec<Pair> {
 
 fn all(
     k: usize,
-    path: &results::PathBudget,
+    path: &PathBudget,
     together: &PathStatistics,
     predicted: &SourceShare,
+    names: &[String],
 ) -> Pair {
-    let deviations = (together.standard_deviation, predicted.standard_deviation);
+    let (found, total) = (
+        &together.standard_deviation,
+        predicted.standard_deviation.as_deref(),
+    );
     let unpredicted: Vec<&str> = path
         .shares
         .iter()
@@ -231,22 +213,25 @@ fn all(
         path: k,
         source: "together".to_owned(),
         trials: together.usable,
-        ratio: ratios(deviations, predicted.standard_deviation),
+        ratio: ratios(names, found.as_deref(), total, total),
         note,
     }
 }
 
 /// Ratios of variances where they matter to the total.
 fn ratios(
-    (found, analytic): (Option<SixFigures>, Option<SixFigures>),
-    total: Option<SixFigures>,
+    names: &[String],
+    found: Option<&[Option<f64>]>,
+    analytic: Option<&[Option<f64>]>,
+    total: Option<&[Option<f64>]>,
 ) -> BTreeMap<String, f64> {
     let (Some(found), Some(analytic), Some(total)) = (found, analytic, total) else {
         return BTreeMap::new();
     };
-    let (found, analytic, total) = (found.in_order(), analytic.in_order(), total.in_order());
-    (0..6)
-        .filter(|&i| analytic[i] > 0.0 && (analytic[i] / total[i]).powi(2) >= COMPARED)
-        .map(|i| (SIX[i].to_owned(), (found[i] / analytic[i]).powi(2)))
-        .collect()
+    let ratio = |i: usize| {
+        let (found, analytic, total) = (found[i]?, analytic[i]?, total[i]?);
+        let matters = analytic > 0.0 && (analytic / total).powi(2) >= COMPARED;
+        matters.then(|| (names[i].clone(), (found / analytic).powi(2)))
+    };
+    (0..names.len()).filter_map(ratio).collect()
 }

@@ -1,30 +1,33 @@
-//! The trials as `result.json`: streamed from the ledgers cell by cell in the order of seeds, so that an interrupted run that was gone
-//! on with gives the same bytes as one that was not, on any number of threads.
+//! The trials as `result.json`: streamed from the ledgers cell by cell in the order of seeds, so that an interrupted run that was
+//! continued gives the same bytes as one that was not, on any number of threads.
 
 use std::path::Path;
 
 use super::experiment::{Cell, Experiment, Role};
 use super::interaction::{association, interaction};
-use super::ledger::{Header, LedgerError};
-use super::sources::{about, acting, size};
-use super::statistics::{CONFIDENCE, Moments, Statistics, deviation_interval, six_values};
-use super::sweep::Setting;
-use super::trial::Configuration;
-use crate::procedures::pool::SequentialConfig;
-use crate::procedures::pool::config::Variant;
-use crate::results::{
-    BUDGET_FORMAT_VERSION, BudgetPath, BudgetResult, Origin, PathBudget, PathStatistics,
-    SixFigures, SixValues, Software, SourceDescription, SourceShare, Sweep, SweepPoint, SweepValue,
+use super::ledger::LedgerError;
+use super::statistics::{
+    CONFIDENCE, Statistics, deviation_interval, known, minus, of_mean, ratios, roots,
 };
-use crate::simulate::{Scenario, Source};
+use crate::calibrate::quality::readable;
+use crate::calibrate::tried::{SoughtParameter, Tried, TriedPath};
+use crate::formats::digest::sha256_of;
+use crate::results::{
+    BUDGET_FORMAT_VERSION, BudgetParameter, BudgetResult, Figures, Origin, PathBudget,
+    PathStatistics, Software, SourceDescription, SourceShare, Sweep, SweepPoint,
+};
+use crate::stats::Moments;
 
 /// The sums of every cell, in the experiment's order.
 ///
 /// # Errors
 /// [`LedgerError`]: a ledger cannot be read.
-pub fn statistics(experiment: &Experiment, folder: &Path) -> Result<Vec<Statistics>, LedgerError> {
+pub fn statistics(
+    experiment: &Experiment<'_>,
+    folder: &Path,
+) -> Result<Vec<Statistics>, LedgerError> {
     let of = |cell: &Cell| {
-        let mut all = Statistics::default();
+        let mut all = Statistics::new(experiment.tried);
         for trial in experiment.read(folder, cell)? {
             all.add(&trial?);
         }
@@ -35,46 +38,41 @@ pub fn statistics(experiment: &Experiment, folder: &Path) -> Result<Vec<Statisti
 
 /// A budget without figures: what was asked for, and the sources in words. Without trials the first seed is 0.
 #[must_use]
-pub fn frame(scenario: &Scenario, configuration: &Configuration) -> BudgetResult {
-    let header = Header::new(scenario, configuration, 0);
-    let variant = |path| match path {
-        BudgetPath::Joint => String::new(),
-        BudgetPath::Sequential => variant_name(&configuration.sequential),
-        BudgetPath::SequentialProjected => variant_name(&configuration.projected()),
-    };
-    let path = |path| PathBudget {
-        path,
-        variant: variant(path),
+pub fn frame(tried: &dyn Tried) -> BudgetResult {
+    let path = |path: TriedPath| PathBudget {
+        path: path.name.to_owned(),
+        variant: path.variant,
         together: None,
         predicted: None,
         shares: vec![],
         agreement: vec![],
+        claimed: None,
         bound: None,
         efficiency: None,
     };
+    let parameter = |p: SoughtParameter| BudgetParameter {
+        name: p.name,
+        unit: readable(0.0, p.unit).1.to_owned(),
+    };
     BudgetResult {
         format_version: BUDGET_FORMAT_VERSION,
-        scenario: scenario.name.clone(),
-        scenario_sha256: header.scenario_sha256,
+        procedure: tried.procedure().to_owned(),
+        scenario: tried.scenario().to_owned(),
+        scenario_sha256: sha256_of(&tried.content()),
         software: Software::this(),
         first_seed: 0,
         trials: 0,
         single_trials: 0,
         confidence: CONFIDENCE,
-        configuration: serde_json::json!({
-            "sequential": configuration.sequential,
-            "joint": configuration.joint,
-        }),
-        sources: acting(scenario)
-            .into_iter()
-            .map(|s| described(scenario, s))
-            .collect(),
-        paths: BudgetPath::ALL.map(path).into(),
+        configuration: tried.configuration(),
+        parameters: tried.parameters().into_iter().map(parameter).collect(),
+        sources: tried.sources(),
+        paths: tried.paths().into_iter().map(path).collect(),
         refusals: vec![],
         sweep: None,
         swath: None,
         command: String::new(),
-        notes: vec![],
+        notes: tried.notes(),
     }
 }
 
@@ -84,17 +82,23 @@ pub fn frame(scenario: &Scenario, configuration: &Configuration) -> BudgetResult
 /// [`LedgerError`]: a ledger cannot be read.
 pub fn fill(
     result: &mut BudgetResult,
-    experiment: &Experiment,
+    experiment: &Experiment<'_>,
     folder: &Path,
 ) -> Result<(), LedgerError> {
     let all = statistics(experiment, folder)?;
-    let cells: Vec<(&Cell, &Statistics)> = experiment.cells.iter().zip(&all).collect();
-    let apart = Apart {
+    let cells = Cells {
+        all: experiment.cells.iter().zip(&all).collect(),
+        sources: experiment
+            .tried
+            .sources()
+            .into_iter()
+            .map(|s| s.source)
+            .collect(),
         association: association(experiment, folder)?,
         interaction: interaction(experiment, folder)?,
     };
     result.first_seed = experiment.first_seed;
-    for (cell, statistics) in &cells {
+    for (cell, statistics) in &cells.all {
         match cell.role {
             Role::Together => {
                 result.trials = cell.trials;
@@ -105,19 +109,22 @@ pub fn fill(
             Role::Nothing | Role::Sweep(_) => {}
         }
     }
-    for path in &mut result.paths {
-        let found = cells.iter().find(|(c, _)| c.role == Role::Together);
-        path.together = found.map(|(_, statistics)| statistics.of(path.path));
-        path.shares.extend(shares(path.path, &cells, &apart));
+    for (place, path) in result.paths.iter_mut().enumerate() {
+        path.together = cells.of(&Role::Together).map(|s| s.of(place));
+        path.claimed = cells.of(&Role::Nothing).and_then(|s| s.claimed(place));
+        path.shares.extend(cells.shares(place));
     }
-    result.sweep = sweep(&cells);
+    result.sweep = sweep(experiment, &cells);
     Ok(())
 }
 
-/// What the sources do to each other, by path.
-struct Apart {
-    association: [Moments; 3],
-    interaction: [Moments; 3],
+/// What the ledgers hold, summed up.
+struct Cells<'a> {
+    all: Vec<(&'a Cell, &'a Statistics)>,
+    /// Names of the sources in order.
+    sources: Vec<String>,
+    association: Option<Vec<Moments>>,
+    interaction: Vec<Moments>,
 }
 
 /// Name of the association errors among the sources.
@@ -135,71 +142,104 @@ fn association_described() -> SourceDescription {
     }
 }
 
-fn variant_name(config: &SequentialConfig) -> String {
-    let name = match config.variant {
-        Variant::Literal => "literal",
-        Variant::Projected => "projected",
-    };
-    let repeated = if config.repeated { ", repeated" } else { "" };
-    format!("{name}{repeated}")
-}
-
-fn described(scenario: &Scenario, source: Source) -> SourceDescription {
-    let about = about(source);
-    let owned = |(key, value): (&str, String)| (key.to_owned(), value);
-    SourceDescription {
-        source: about.name.to_owned(),
-        title: about.title.to_owned(),
-        description: about.description.to_owned(),
-        size: size(scenario, source).into_iter().map(owned).collect(),
-        default: about
-            .default
-            .iter()
-            .map(|(key, value)| ((*key).to_owned(), *value))
-            .collect(),
-        reference: about.reference.to_owned(),
+impl Cells<'_> {
+    fn of(&self, role: &Role) -> Option<&Statistics> {
+        let mut all = self.all.iter();
+        all.find(|(cell, _)| cell.role == *role).map(|(_, s)| *s)
     }
-}
 
-/// The method's own error, each source alone, the association, the remainder and the interaction.
-fn shares(path: BudgetPath, cells: &[(&Cell, &Statistics)], apart: &Apart) -> Vec<SourceShare> {
-    let of = |role: &Role| cells.iter().find(|(c, _)| c.role == *role).map(|(_, s)| *s);
-    let (Some(together), Some(nothing)) = (of(&Role::Together), of(&Role::Nothing)) else {
-        return vec![];
-    };
-    let own = nothing.errors(path).mean();
-    let total = together.errors(path).variance();
-    let mut shares = vec![method(path, nothing)];
-    for (cell, statistics) in cells {
-        if let Role::Alone(source) = cell.role {
-            shares.push(alone(path, source, statistics, own, total));
+    /// The method's own error, each source alone, the association, the remainder and the interaction.
+    fn shares(&self, path: usize) -> Vec<SourceShare> {
+        let (Some(together), Some(nothing)) = (self.of(&Role::Together), self.of(&Role::Nothing))
+        else {
+            return vec![];
+        };
+        let own = nothing.errors(path).mean();
+        let total = together.errors(path).variance();
+        let of_ties = self.association.as_ref().map(|all| &all[path]);
+        let mut shares = vec![method(path, nothing)];
+        for (cell, statistics) in &self.all {
+            if let Role::Alone(place) = cell.role {
+                let name = &self.sources[place];
+                shares.push(alone(
+                    path,
+                    name,
+                    statistics,
+                    own.as_deref(),
+                    total.as_deref(),
+                ));
+            }
+        }
+        let beyond = |name, of, note| differing(name, of, together, total.as_deref(), note);
+        shares.extend(of_ties.map(|ties| beyond(ASSOCIATION, ties, BY_TIES)));
+        shares.push(self.remainder(path, together, own.as_deref(), of_ties));
+        let note = if of_ties.is_some() {
+            WITH_TRUE_TIES
+        } else {
+            AS_THEY_ARE
+        };
+        shares.push(beyond("interaction", &self.interaction[path], note));
+        shares
+    }
+
+    /// All together minus the sum, association included in it: what the sources do to each other (robust weights, non-linearity), and
+    /// chance.
+    fn remainder(
+        &self,
+        path: usize,
+        together: &Statistics,
+        own: Option<&[f64]>,
+        of_ties: Option<&Moments>,
+    ) -> SourceShare {
+        let errors = together.errors(path);
+        let less = |a: Option<Vec<f64>>, b: Option<Vec<f64>>| Some(minus(&a?, &b?));
+        let mut variance = errors.variance();
+        let mut bias = less(errors.mean(), own.map(<[f64]>::to_vec));
+        let singles = self
+            .all
+            .iter()
+            .filter(|(c, _)| matches!(c.role, Role::Alone(_)));
+        for (_, single) in singles {
+            let single = single.errors(path);
+            variance = less(variance, single.variance());
+            bias = less(bias, less(single.mean(), own.map(<[f64]>::to_vec)));
+        }
+        if let Some((wrong, shift)) = of_ties.and_then(|t| t.variance().zip(t.mean())) {
+            variance = less(variance, Some(wrong));
+            bias = less(bias, Some(shift));
+        }
+        SourceShare {
+            source: "remainder".to_owned(),
+            origin: Origin::MonteCarlo,
+            usable: errors.count(),
+            trials: together.trials(),
+            bias: bias.and_then(|b| together.shown(&b)),
+            bias_standard_error: None,
+            standard_deviation: None,
+            standard_deviation_interval: None,
+            share: share_of(variance, errors.variance().as_deref()),
+            note: "all together minus the sum: robust weights, non-linearity, and chance"
+                .to_owned(),
         }
     }
-    let of_ties = &apart.association[path as usize];
-    shares.push(differing(
-        ASSOCIATION,
-        of_ties,
-        total,
-        "error of all together minus the error with every point only on the face that it struck, seed by seed",
-    ));
-    shares.push(remainder(path, together, own, cells, of_ties));
-    shares.push(differing(
-        "interaction",
-        &apart.interaction[path as usize],
-        total,
-        "error of all together with true ties minus the sum of the sources' errors, seed by seed: robust weights, non-linearity",
-    ));
-    shares
 }
 
-fn method(path: BudgetPath, nothing: &Statistics) -> SourceShare {
+const BY_TIES: &str = "error of all together minus the error with every point only on the face that it struck, seed by seed";
+const WITH_TRUE_TIES: &str = "error of all together with true ties minus the sum of the sources' errors, seed by seed: robust weights, non-linearity";
+const AS_THEY_ARE: &str = "error of all together minus the sum of the sources' errors, seed by seed: robust weights, non-linearity";
+
+fn share_of(variance: Option<Vec<f64>>, total: Option<&[f64]>) -> Option<Figures> {
+    known(ratios(&variance?, total?))
+}
+
+fn method(path: usize, nothing: &Statistics) -> SourceShare {
     let errors = nothing.errors(path);
     SourceShare {
         source: "nothing".to_owned(),
         origin: Origin::MonteCarlo,
         usable: errors.count(),
         trials: nothing.trials(),
-        bias: errors.mean().and_then(SixFigures::from_si),
+        bias: errors.mean().and_then(|mean| nothing.shown(&mean)),
         bias_standard_error: None,
         standard_deviation: None,
         standard_deviation_interval: None,
@@ -209,105 +249,59 @@ fn method(path: BudgetPath, nothing: &Statistics) -> SourceShare {
 }
 
 fn alone(
-    path: BudgetPath,
-    source: Source,
+    path: usize,
+    source: &str,
     statistics: &Statistics,
-    own: Option<[f64; 6]>,
-    total: Option<[f64; 6]>,
+    own: Option<&[f64]>,
+    total: Option<&[f64]>,
 ) -> SourceShare {
     let of: PathStatistics = statistics.of(path);
     let errors = statistics.errors(path);
     let (variance, mean) = (errors.variance(), errors.mean());
+    let beyond = mean.zip(own).map(|(mean, own)| minus(&mean, own));
     SourceShare {
-        source: about(source).name.to_owned(),
+        source: source.to_owned(),
         origin: Origin::MonteCarlo,
         usable: of.usable,
         trials: of.trials,
-        bias: mean
-            .zip(own)
-            .and_then(|(mean, own)| SixFigures::from_si(minus(mean, own))),
+        bias: beyond.and_then(|bias| statistics.shown(&bias)),
         bias_standard_error: of.bias_standard_error,
         standard_deviation: of.standard_deviation,
-        standard_deviation_interval: variance.and_then(|_| deviation_interval(of.usable)),
-        share: variance.zip(total).and_then(|(v, t)| ratio(v, t)),
+        standard_deviation_interval: variance
+            .as_ref()
+            .and_then(|_| deviation_interval(of.usable)),
+        share: share_of(variance, total),
         note: note(statistics, path, ""),
     }
 }
 
 /// A share that is a difference of errors, seed by seed.
-fn differing(name: &str, of: &Moments, total: Option<[f64; 6]>, note: &str) -> SourceShare {
+fn differing(
+    name: &str,
+    of: &Moments,
+    together: &Statistics,
+    total: Option<&[f64]>,
+    note: &str,
+) -> SourceShare {
     let (n, variance) = (of.count(), of.variance());
-    let si = |six: Option<[f64; 6]>| six.and_then(SixFigures::from_si);
+    let shown = |figures: Option<Vec<f64>>| figures.and_then(|f| together.shown(&f));
     SourceShare {
         source: name.to_owned(),
         origin: Origin::MonteCarlo,
         usable: n,
         trials: n,
-        bias: si(of.mean()),
-        bias_standard_error: si(variance.map(|v| v.map(|v| (v / n as f64).sqrt()))),
-        standard_deviation: si(variance.map(|v| v.map(f64::sqrt))),
-        standard_deviation_interval: variance.and_then(|_| deviation_interval(n)),
-        share: variance.zip(total).and_then(|(v, t)| ratio(v, t)),
+        bias: shown(of.mean()),
+        bias_standard_error: shown(variance.as_deref().map(|v| of_mean(v, n))),
+        standard_deviation: shown(variance.as_deref().map(roots)),
+        standard_deviation_interval: variance.as_ref().and_then(|_| deviation_interval(n)),
+        share: share_of(variance, total),
         note: note.to_owned(),
     }
 }
 
-/// All together minus the sum, association included in it: what the sources do to each other (robust weights, non-linearity), and chance.
-fn remainder(
-    path: BudgetPath,
-    together: &Statistics,
-    own: Option<[f64; 6]>,
-    cells: &[(&Cell, &Statistics)],
-    of_ties: &Moments,
-) -> SourceShare {
-    let errors = together.errors(path);
-    let mut variance = errors.variance();
-    let mut bias = errors.mean().zip(own).map(|(m, own)| minus(m, own));
-    for (_, single) in cells
-        .iter()
-        .filter(|(c, _)| matches!(c.role, Role::Alone(_)))
-    {
-        let single = single.errors(path);
-        variance = variance.zip(single.variance()).map(|(v, s)| minus(v, s));
-        let beyond = single.mean().zip(own).map(|(m, own)| minus(m, own));
-        bias = bias.zip(beyond).map(|(b, s)| minus(b, s));
-    }
-    let ties = of_ties.variance().zip(of_ties.mean());
-    if let Some((wrong, shift)) = ties {
-        variance = variance.map(|v| minus(v, wrong));
-        bias = bias.map(|b| minus(b, shift));
-    }
-    SourceShare {
-        source: "remainder".to_owned(),
-        origin: Origin::MonteCarlo,
-        usable: errors.count(),
-        trials: together.trials(),
-        bias: bias.and_then(SixFigures::from_si),
-        bias_standard_error: None,
-        standard_deviation: None,
-        standard_deviation_interval: None,
-        share: variance
-            .zip(errors.variance())
-            .and_then(|(v, t)| ratio(v, t)),
-        note: "all together minus the sum: robust weights, non-linearity, and chance".to_owned(),
-    }
-}
-
-fn minus(a: [f64; 6], b: [f64; 6]) -> [f64; 6] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-fn ratio(part: [f64; 6], of: [f64; 6]) -> Option<SixValues> {
-    let ratio: [f64; 6] = std::array::from_fn(|i| part[i] / of[i]);
-    ratio
-        .iter()
-        .all(|r| r.is_finite())
-        .then(|| six_values(ratio))
-}
-
 /// Says of trials without a usable result what they ended with.
-fn note(statistics: &Statistics, path: BudgetPath, text: &str) -> String {
-    let refusals = statistics.refusals();
+fn note(statistics: &Statistics, path: usize, text: &str) -> String {
+    let (refusals, path) = (statistics.refusals(), statistics.of(path).path);
     let mut parts = vec![];
     if !text.is_empty() {
         parts.push(text.to_owned());
@@ -318,34 +312,27 @@ fn note(statistics: &Statistics, path: BudgetPath, text: &str) -> String {
     parts.join("; ")
 }
 
-fn sweep(cells: &[(&Cell, &Statistics)]) -> Option<Sweep> {
-    let points: Vec<_> = cells
-        .iter()
-        .filter_map(|(cell, statistics)| match &cell.role {
-            Role::Sweep(point) => Some((point, cell.trials, statistics)),
-            _ => None,
-        })
-        .collect();
-    let (first, trials, _) = points.first()?;
+fn sweep(experiment: &Experiment<'_>, cells: &Cells<'_>) -> Option<Sweep> {
+    let of_sweep = |(cell, statistics): &(&Cell, &Statistics)| match cell.role {
+        Role::Sweep(place) => Some(SweepPoint {
+            values: experiment.points[place]
+                .0
+                .0
+                .iter()
+                .map(|(_, v)| v.plain())
+                .collect(),
+            paths: (0..experiment.tried.paths().len())
+                .map(|path| statistics.of(path))
+                .collect(),
+            refusals: statistics.refusals(),
+        }),
+        _ => None,
+    };
+    let (first, _) = experiment.points.first()?;
+    let is_point = |cell: &&Cell| matches!(cell.role, Role::Sweep(_));
     Some(Sweep {
         keys: first.0.iter().map(|(key, _)| key.clone()).collect(),
-        trials: *trials,
-        points: points
-            .iter()
-            .map(|(point, _, statistics)| SweepPoint {
-                values: point.0.iter().map(|(_, value)| plain(value)).collect(),
-                paths: BudgetPath::ALL.map(|path| statistics.of(path)).into(),
-                refusals: statistics.refusals(),
-            })
-            .collect(),
+        trials: experiment.cells.iter().find(is_point)?.trials,
+        points: cells.all.iter().filter_map(of_sweep).collect(),
     })
-}
-
-/// A setting for `result.json`.
-pub(super) fn plain(value: &Setting) -> SweepValue {
-    match value {
-        Setting::Number(number) => SweepValue::Number(*number),
-        Setting::Flag(flag) => SweepValue::Flag(*flag),
-        Setting::Text(text) => SweepValue::Text(text.clone()),
-    }
 }

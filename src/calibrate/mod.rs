@@ -8,3 +8,4 @@ pub mod seam;
 pub mod solution;
 pub mod tried;
 pub mod truth;
+pub mod vary;

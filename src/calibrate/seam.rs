@@ -20,6 +20,7 @@ use super::choices::Method;
 use super::tried::Tried;
 use crate::formats::FormatError;
 use crate::results::{Calibration, InputFile, Page, Provenance, Software};
+use crate::survey::schema::Key;
 use crate::survey::{ScenarioError, SurveyError};
 
 /// Seed of a calibration when the user gives none.
@@ -38,6 +39,14 @@ pub trait Procedure: Sync {
 
     /// The text of its built-in scenario.
     fn demo(&self) -> String;
+
+    /// The keys of its survey file.
+    fn survey_keys(&self) -> &'static [Key];
+
+    /// The kinds of target files, each with its title and keys, the usual one first; none where a survey needs no such file.
+    fn targets(&self) -> &'static [(&'static str, &'static [Key])] {
+        &[]
+    }
 
     /// Which settings it has a use for.
     fn uses(&self) -> Uses;
@@ -76,6 +85,15 @@ pub trait Loaded: Sync {
     /// # Errors
     /// As [`Self::calibrate`].
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError>;
+
+    /// The survey for the error budget: what the errors that it claims do to its own calibration ([`Uses::survey_budget`]). `None`
+    /// where it does not say how its instruments err.
+    ///
+    /// # Errors
+    /// [`InputError`] for input that no budget can be made of.
+    fn observed(&self, _settings: &Settings) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
+        Ok(None)
+    }
 }
 
 /// A scenario.
@@ -97,11 +115,11 @@ pub trait ScenarioRun: Sync {
         progress: Progress<'_>,
     ) -> Result<Simulated, InputError>;
 
-    /// The same scenario on trial, for the error budget; `None` where the procedure has no such budget yet.
+    /// The same scenario on trial, for the error budget.
     ///
     /// # Errors
     /// [`InputError`] when its sections about the calibration cannot be read.
-    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError>;
+    fn tried(&self) -> Result<Box<dyn Tried + '_>, InputError>;
 }
 
 /// Which settings a procedure has a use for; those it has not are refused, never ignored.

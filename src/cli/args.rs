@@ -6,8 +6,8 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
 use super::plan::Wanted;
-use crate::budget::sweep::Vary;
 use crate::calibrate::choices::Method;
+use crate::calibrate::vary::Vary;
 use crate::procedures;
 
 const ABOUT: &str = "Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true";
@@ -232,11 +232,27 @@ pub enum Command {
         after_long_help = PLAN_AFTER
     )]
     Plan(Plan),
+    /// Print a complete commented file to fill in
+    #[command(
+        after_help = "EXAMPLES\n  boresight template pool > survey.toml\n  boresight template scenario usbl > scenario.toml\n  boresight template target > target.toml"
+    )]
+    Template(Template),
     /// Print a completion script for a shell
     Completions {
         /// Which shell
         shell: clap_complete::Shell,
     },
+}
+
+/// `template`.
+#[derive(Debug, Args)]
+pub struct Template {
+    /// A procedure's survey file, or scenario or target
+    #[arg(value_name = "PROCEDURE|scenario|target", value_parser = PossibleValuesParser::new(procedures::names().into_iter().chain(["scenario", "target"])))]
+    pub what: String,
+    /// Whose scenario or target; the first of all when none is named
+    #[arg(value_name = "PROCEDURE", value_parser = PossibleValuesParser::new(procedures::names()))]
+    pub procedure: Option<String>,
 }
 
 /// `demo`.
@@ -389,9 +405,9 @@ pub struct Budget {
     #[arg(long, value_name = "KEY=VALUES", requires = "trials")]
     pub vary: Vec<Vary>,
     /// Depths below the sonar at which uncertainty across the swath is shown, metres
-    #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive, default_values_t = crate::budget::soundings::DEPTHS_M)]
+    #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive, default_values_t = crate::budget::DEPTHS_M)]
     pub depth: Vec<f64>,
-    /// Go on with the trials that are in the folder
+    /// Continue with the trials that are in the folder
     #[arg(long, requires = "trials")]
     pub resume: bool,
     /// Folder to write into [default: named after the scenario, with -budget]

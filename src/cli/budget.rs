@@ -1,4 +1,4 @@
-//! `boresight budget`: a scenario to an error budget, by propagation and by Monte Carlo.
+//! `boresight budget`: a scenario to an error budget, by Monte Carlo and, where the procedure has derivatives, by propagation.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
@@ -7,26 +7,25 @@ use super::Ending;
 use super::args::Budget;
 use super::calibrate::folder_of;
 use super::error::CliError;
-use super::named_budget;
 use super::talk::Talk;
-use crate::budget::analytic::{
-    Analytic, AnalyticError, analytic_with, of_survey as of_survey_with,
-};
 use crate::budget::experiment::{Ended, Experiment};
-use crate::budget::trial::Configuration;
-use crate::budget::{predicted, soundings, summary, sweep};
+use crate::budget::{DEPTHS_M, budget};
 use crate::calibrate::seam::Settings;
+use crate::calibrate::tried::{Tried, name_of};
+use crate::calibrate::vary::points;
 use crate::procedures;
-use crate::procedures::pool::procedure::input;
-use crate::procedures::pool::survey::claims::claims;
-use crate::procedures::pool::survey::{self as survey, scenario};
 use crate::report::{self, budget as pages};
-use crate::results::{BudgetPath, BudgetResult};
-use crate::simulate::{Scenario, SimulateError};
-use crate::target::Target;
+use crate::results::{BudgetResult, JOINT};
+use crate::survey::is_survey;
 
 /// Subfolder of the ledgers.
 const TRIALS: &str = "trials";
+
+/// Trials of all sources together when the user says nothing and nothing can be propagated.
+const DEFAULT_TRIALS: u64 = 200;
+
+/// Trials of each source alone when the user says nothing and nothing can be propagated.
+const DEFAULT_SINGLE: u64 = 50;
 
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -35,154 +34,84 @@ static STOP: AtomicBool = AtomicBool::new(false);
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
     let procedure = procedures::of_file(&args.scenario)?;
-    if std::fs::read_to_string(&args.scenario).is_ok_and(|text| crate::survey::is_survey(&text)) {
-        return if procedure.uses().survey_budget {
-            of_survey(args, talk)
-        } else {
-            let (file, procedure) = (args.scenario.clone(), procedure.name());
-            Err(CliError::NeedsScenario { file, procedure })
-        };
+    if !std::fs::read_to_string(&args.scenario).is_ok_and(|text| is_survey(&text)) {
+        return of(&*procedures::scenario(&args.scenario)?.tried()?, args, talk);
     }
-    match procedures::scenario(&args.scenario)?.tried()? {
-        Some(tried) => named_budget::run(&*tried, args, talk),
-        None => of_scenario(args, talk),
+    let file = args.scenario.clone();
+    if !procedure.uses().survey_budget {
+        let procedure = procedure.name();
+        return Err(CliError::NeedsScenario { file, procedure });
     }
-}
-
-/// The budget of a scenario whose sources can be propagated as well as tried.
-fn of_scenario(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
-    let file = scenario::read(&args.scenario)?;
-    let calibration = file.calibration(&args.scenario)?;
-    let configuration = Configuration {
-        sequential: calibration.sequential,
-        joint: calibration.joint,
-        ..Configuration::default()
-    };
-    let experiment = experiment(args, &file.scenario, &configuration)?;
-    let folder = folder(args, &file.scenario.name);
-    let mut result = summary::frame(&file.scenario, &configuration);
-    if let Some(experiment) = &experiment {
-        let trials_folder = folder.join(TRIALS);
-        if let Ended::Interrupted { done, of } = trials(experiment, &trials_folder, args, talk)? {
-            talk.remark(&format!(
-                "stopped: {done} of {of} trials are kept in {}; the same command with --resume goes on",
-                trials_folder.display()
-            ));
-            return Ok(Ending::Interrupted);
-        }
-        talk.step("summing up");
-        summary::fill(&mut result, experiment, &trials_folder)?;
-    }
-    let analytic = propagated(&mut result, &file.scenario, &configuration, talk)?;
-    let found = match &experiment {
-        Some(experiment) => soundings::of_trials(experiment, &folder.join(TRIALS))?,
-        None => vec![],
-    };
-    let found = match &analytic {
-        Some(analytic) => soundings::or_propagated(found, analytic),
-        None => found,
-    };
-    let found = soundings::or_predicted(found, &file.scenario, &configuration.joint);
-    result.swath = Some(soundings::section(&file.scenario, &found, &args.depth));
-    result.command = command(args);
-    written(&result, &folder, talk)
-}
-
-/// The budget of a survey as it was observed: by propagation only, as nobody knows its truth.
-fn of_survey(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
-    if args.trials.is_some() {
-        let file = args.scenario.clone();
-        return Err(CliError::NoTrials { file });
-    }
-    let survey = survey::load(&args.scenario)?;
-    let Some(claims) = claims(&survey) else {
-        let file = args.scenario.clone();
-        return Err(CliError::NoScanner { file });
-    };
-    let configuration = Configuration {
-        sequential: survey.file.sequential.clone(),
-        joint: survey.file.joint.clone(),
-        ..Configuration::default()
-    };
-    let mut result = summary::frame(&claims, &configuration);
-    result.notes = survey.notes.clone();
-    result.notes.push(SURVEY_NOTE.to_owned());
-    talk.step("calibrating, and propagating every source through both paths");
+    let survey = procedures::read(&file)?;
     let settings = Settings {
         seed: Some(args.seed),
         ..Settings::default()
     };
-    let found = match of_survey_with(&claims, &input(&survey, &settings)) {
-        Ok(analytic) => {
-            predicted::add(&mut result, &claims, &analytic);
-            soundings::or_propagated(vec![], &analytic)
-        }
-        Err(error) => {
-            result.notes.push(format!("no analytic budget: {error}"));
-            vec![]
-        }
-    };
-    result.swath = Some(soundings::section(&claims, &found, &args.depth));
-    result.command = command(args);
-    written(&result, &folder(args, &claims.name), talk)
-}
-
-/// What a reader of a survey's budget should know.
-const SURVEY_NOTE: &str = "a survey's own budget: its observations, and the sigmas that its file claims; errors of which it says \
-    nothing (latency, sound speed, gross errors) are not in it, and no truth is known, so there is no bias";
-
-/// Adds the analytic budget, or why there is none.
-fn propagated(
-    result: &mut BudgetResult,
-    scenario: &Scenario,
-    configuration: &Configuration,
-    talk: &Talk,
-) -> Result<Option<Analytic>, CliError> {
-    talk.step("propagating every source through both paths");
-    match analytic_with(scenario, &configuration.sequential, &configuration.joint) {
-        Ok(analytic) => {
-            predicted::add(result, scenario, &analytic);
-            return Ok(Some(analytic));
-        }
-        Err(AnalyticError::Simulate(error)) => return Err(error.into()),
-        Err(error) => result.notes.push(format!("no analytic budget: {error}")),
+    match survey.observed(&settings)? {
+        Some(observed) => of(&*observed, args, talk),
+        None => Err(CliError::NoScanner { file }),
     }
-    Ok(None)
 }
 
-/// The trials that were asked for, every scenario checked.
-fn experiment(
-    args: &Budget,
-    scenario: &Scenario,
-    configuration: &Configuration,
-) -> Result<Option<Experiment>, CliError> {
-    let Some(trials) = args.trials else {
-        return Ok(None);
-    };
+/// The budget of whatever can be tried.
+fn of(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
+    let experiment = experiment(tried, args)?;
+    let folder = folder(args, tried.scenario());
+    let trials_folder = folder.join(TRIALS);
+    if let Some(experiment) = &experiment
+        && let Ended::Interrupted { done, of } = trials(experiment, &trials_folder, args, talk)?
+    {
+        talk.remark(&format!(
+            "interrupted: {done} of {of} trials are kept in {}; continue with the same command and --resume",
+            trials_folder.display()
+        ));
+        return Ok(Ending::Interrupted);
+    }
+    let done = experiment.as_ref().map(|e| (e, trials_folder.as_path()));
+    let mut result = budget(tried, done, &args.depth, &|step| talk.step(step))?;
+    result.command = command(args);
+    written(&result, &folder, talk)
+}
+
+/// The trials that were asked for, every scenario checked; without derivatives there are trials even where nobody asks.
+fn experiment<'t>(tried: &'t dyn Tried, args: &Budget) -> Result<Option<Experiment<'t>>, CliError> {
+    if !tried.has_truth() && args.trials.is_some() {
+        let file = args.scenario.clone();
+        return Err(CliError::NoTrials { file });
+    }
     if args.vary.len() > 2 {
         let found = args.vary.len();
         return Err(CliError::TooManyKeys { found });
     }
-    let single = args.single.unwrap_or(0);
-    let points = sweep::points(scenario, &args.vary)?;
-    let experiment = Experiment::new(scenario, configuration.clone(), args.seed, trials, single)
-        .with_sweep(points, trials);
-    for cell in &experiment.cells {
-        Target::from_model(&cell.scenario.target.model).map_err(SimulateError::from)?;
-    }
+    let by_default = !tried.has_derivatives();
+    let Some(trials) = args.trials.or(by_default.then_some(DEFAULT_TRIALS)) else {
+        return Ok(None);
+    };
+    let nothing_said = if args.trials.is_none() {
+        DEFAULT_SINGLE
+    } else {
+        0
+    };
+    let single = args.single.unwrap_or(nothing_said);
+    let experiment =
+        Experiment::new(tried, args.seed, trials, single).with_sweep(points(&args.vary), trials)?;
+    experiment
+        .check()
+        .map_err(|fault| CliError::Untriable { fault })?;
     Ok(Some(experiment))
 }
 
-/// The command that makes the result again, without its folder, threads and interruptions.
+/// The command that makes the result again, without its folder, threads and interruptions; the scenario by its name, so that another
+/// place of the same file gives the same bytes.
 fn command(args: &Budget) -> String {
-    let mut words = vec![format!("boresight budget {}", args.scenario.display())];
+    let mut words = vec![format!("boresight budget {}", name_of(&args.scenario))];
     words.extend(args.trials.map(|n| format!("--trials {n}")));
     words.extend(args.single.map(|n| format!("--single {n}")));
     if args.seed != 1 {
         words.push(format!("--seed {}", args.seed));
     }
     words.extend(args.vary.iter().map(|v| format!("--vary '{}'", v.text())));
-    if args.depth != soundings::DEPTHS_M {
+    if args.depth != DEPTHS_M {
         let depths: Vec<String> = args.depth.iter().map(ToString::to_string).collect();
         words.push(format!("--depth {}", depths.join(",")));
     }
@@ -196,7 +125,7 @@ fn folder(args: &Budget, name: &str) -> PathBuf {
 
 /// Runs what is missing, until it is done or Ctrl-C comes.
 fn trials(
-    experiment: &Experiment,
+    experiment: &Experiment<'_>,
     folder: &Path,
     args: &Budget,
     talk: &Talk,
@@ -220,7 +149,7 @@ fn trials(
 }
 
 /// The first Ctrl-C sets the flag and asks the run to stop, the second ends the program.
-pub(super) fn catch_ctrl_c() -> Result<&'static AtomicBool, CliError> {
+fn catch_ctrl_c() -> Result<&'static AtomicBool, CliError> {
     STOP.store(false, SeqCst);
     let caught = ctrlc::set_handler(|| {
         if STOP.swap(true, SeqCst) {
@@ -254,7 +183,7 @@ fn written(result: &BudgetResult, folder: &Path, talk: &Talk) -> Result<Ending, 
     }
     let json = pages::to_bytes(result)?;
     talk.result(&text, &json)?;
-    let joint = result.paths.iter().find(|p| p.path == BudgetPath::Joint);
+    let joint = result.paths.iter().find(|p| p.path == JOINT);
     let usable = joint.is_some_and(|p| match &p.together {
         Some(trials) => trials.usable > 0,
         None => p.predicted.is_some(),

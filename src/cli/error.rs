@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use crate::budget::ledger::LedgerError;
-use crate::budget::passes::PassError;
-use crate::budget::sweep::SweepError;
 use crate::calibrate::seam::InputError;
+use crate::calibrate::vary::VaryError;
 use crate::formats::FormatError;
 use crate::geometry::utm::UtmError;
 use crate::procedures::pool::PoolError;
+use crate::procedures::pool::budget::passes::PassError;
 use crate::report::ReportError;
 use crate::simulate::SimulateError;
 use crate::survey::{ScenarioError, SurveyError};
@@ -91,7 +91,7 @@ pub enum CliError {
     Ledger(#[from] LedgerError),
     /// A sweep that cannot be run.
     #[error(transparent)]
-    Sweep(#[from] SweepError),
+    Sweep(#[from] VaryError),
     /// A pass that tells nothing.
     #[error(transparent)]
     Pass(#[from] PassError),
@@ -101,15 +101,11 @@ pub enum CliError {
         /// How many.
         found: usize,
     },
-    /// An option that the procedure's budget does not have.
-    #[error(
-        "{option}: found with a {procedure} scenario, expected a pool scenario: only its budget has this option"
-    )]
-    NotForProcedure {
-        /// The option.
-        option: &'static str,
-        /// The procedure.
-        procedure: &'static str,
+    /// A scenario of which no trial can be run.
+    #[error("{fault}")]
+    Untriable {
+        /// What stands against it.
+        fault: String,
     },
     /// A survey of a procedure whose budget needs a truth.
     #[error("{}: whole file: found a {procedure} survey, expected a {procedure} scenario: this budget simulates, and a survey has no truth", file.display())]

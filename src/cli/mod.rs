@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`args`] | what the user types |
-//! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `info`, `budget`, `plan` | one command each |
+//! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `info`, `budget`, `plan`, `template` | one command each |
 //! | `talk` | what is printed: results on standard output, progress on standard error |
 //! | [`error`] | what ends a command before it solves (exit code 2) |
 
@@ -15,10 +15,10 @@ mod check;
 mod demo;
 pub mod error;
 mod info;
-mod named_budget;
 mod plan;
 mod simulate;
 mod talk;
+mod template;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -84,6 +84,7 @@ fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
         Command::Info(args) => info::run(&args, talk),
         Command::Budget(args) => budget::run(&args, talk),
         Command::Plan(args) => plan::run(&args, talk),
+        Command::Template(args) => template::run(&args, talk),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "boresight", &mut script);

@@ -8,13 +8,16 @@ use super::args::{CriterionName, Plan};
 use super::calibrate::folder_of;
 use super::error::CliError;
 use super::talk::Talk;
-use crate::budget::plan::{PlanRequest, candidates};
-use crate::budget::planned::{BEST_PUBLISHED, NAMES, planned};
-use crate::budget::sweep;
+use crate::calibrate::tried::name_of;
+use crate::calibrate::vary::{Point, Vary, VaryError, at, points};
 use crate::procedures;
+use crate::procedures::pool::budget::plan::{PlanRequest, candidates};
+use crate::procedures::pool::budget::planned::{BEST_PUBLISHED, NAMES, planned};
+use crate::procedures::pool::budget::trials::ALIASES;
 use crate::procedures::pool::survey::scenario;
 use crate::report::{self, plan as pages};
 use crate::results::PlanCriterion;
+use crate::simulate::Scenario;
 
 /// Standard deviations wanted: pitch, roll, yaw (rad), lx, ly, lz (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +65,7 @@ pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
         let found = args.vary.len();
         return Err(CliError::TooManyKeys { found });
     }
-    let points = sweep::points(&file.scenario, &args.vary)?;
+    let points = swept(&file.scenario, &args.vary)?;
     let request = request(args);
     let sailed = if request.keep_passes {
         file.scenario.pass.len()
@@ -92,6 +95,15 @@ pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
     Ok(Ending::Usable)
 }
 
+/// The values of `--vary`, each with its scenario.
+fn swept(scenario: &Scenario, vary: &[Vary]) -> Result<Vec<(Point, Scenario)>, VaryError> {
+    let with_scenario = |point: Point| {
+        let scenario = at(scenario, &point, &ALIASES, Scenario::check)?;
+        Ok((point, scenario))
+    };
+    points(vary).into_iter().map(with_scenario).collect()
+}
+
 fn request(args: &Plan) -> PlanRequest {
     PlanRequest {
         distances_m: args.distance.clone(),
@@ -110,7 +122,7 @@ fn request(args: &Plan) -> PlanRequest {
 
 /// The command that makes the plan again, without its folder.
 fn command(args: &Plan) -> String {
-    let mut words = vec![format!("boresight plan {}", args.scenario.display())];
+    let mut words = vec![format!("boresight plan {}", name_of(&args.scenario))];
     let list = |values: &[f64]| {
         let all: Vec<String> = values.iter().map(ToString::to_string).collect();
         all.join(",")

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use comfy_table::CellAlignment;
 use serde::Serialize;
 
-use super::format::ROWS;
+use super::format::{finer, four_digits as digits};
 use super::text::ruled_table;
 use super::{ReportError, html, json};
 use crate::results::{
-    BudgetPath, BudgetResult, Interval, Origin, PathBudget, PathStatistics, SixFigures, SixValues,
+    BudgetParameter, BudgetResult, Figures, Interval, JOINT, Origin, PathBudget, PathStatistics,
     SourceShare, Sweep, write_whole,
 };
 
@@ -48,7 +48,7 @@ pub fn write_budget(folder: &Path, result: &BudgetResult) -> Result<WrittenBudge
     write_whole(&written.table, table(result).as_bytes())?;
     write_whole(&written.page, page.as_bytes())?;
     if let (Some(file), Some(sweep)) = (&written.sweep, sweep) {
-        write_whole(file, sweep_table(sweep).as_bytes())?;
+        write_whole(file, sweep_table(&result.parameters, sweep).as_bytes())?;
     }
     Ok(written)
 }
@@ -69,15 +69,6 @@ pub fn from_slice(bytes: &[u8]) -> serde_json::Result<BudgetResult> {
     serde_json::from_slice(bytes)
 }
 
-const NAMES: [(&str, &str); 6] = [
-    ("pitch", "deg"),
-    ("roll", "deg"),
-    ("yaw", "deg"),
-    ("lx", "m"),
-    ("ly", "m"),
-    ("lz", "m"),
-];
-
 /// Columns behind the first ones of both tables.
 const FIGURES: &str = "parameter,unit,trials,usable,bias,bias_standard_error,standard_deviation,\
     standard_deviation_lower,standard_deviation_upper,rms";
@@ -87,26 +78,17 @@ const FIGURES: &str = "parameter,unit,trials,usable,bias,bias_standard_error,sta
 pub fn table(result: &BudgetResult) -> String {
     let mut text = format!("path,source,origin,{FIGURES},share\n");
     for path in &result.paths {
-        let name = path.path.name();
+        let (name, parameters) = (&path.path, &result.parameters);
         if let Some(together) = &path.together {
-            let one = SixValues {
-                pitch: 1.0,
-                roll: 1.0,
-                yaw: 1.0,
-                lx: 1.0,
-                ly: 1.0,
-                lz: 1.0,
-            };
-            let figures = Figures::of_statistics(together);
-            figures.rows(&mut text, &format!("{name},together,monte_carlo"), |i| {
-                format!(",{}", nth(Some(&one), i))
-            });
+            let rows = Rows::of_statistics(together);
+            let first = format!("{name},together,monte_carlo");
+            rows.write(&mut text, parameters, &first, |_| ",1".to_owned());
         }
         for share in path.predicted.iter().chain(&path.shares) {
             let origin = serde_name(&share.origin);
             let first = format!("{name},{},{origin}", share.source);
-            Figures::of_share(share).rows(&mut text, &first, |i| {
-                format!(",{}", nth(share.share.as_ref(), i))
+            Rows::of_share(share).write(&mut text, parameters, &first, |i| {
+                format!(",{}", number(nth(share.share.as_ref(), i)))
             });
         }
     }
@@ -115,7 +97,7 @@ pub fn table(result: &BudgetResult) -> String {
 
 /// One row per point, path and parameter: `sweep.csv`; the first columns are the varied keys.
 #[must_use]
-pub fn sweep_table(sweep: &Sweep) -> String {
+pub fn sweep_table(parameters: &[BudgetParameter], sweep: &Sweep) -> String {
     let keys: Vec<String> = sweep.keys.iter().map(|k| quoted(k)).collect();
     let mut text = format!(
         "{},path,{FIGURES},reported_sigma,pull_mean,pull_rms,nees\n",
@@ -128,17 +110,16 @@ pub fn sweep_table(sweep: &Sweep) -> String {
             .map(|v| quoted(&v.to_string()))
             .collect();
         for statistics in &point.paths {
-            let first = format!("{},{}", values.join(","), statistics.path.name());
+            let first = format!("{},{}", values.join(","), statistics.path);
             let reported = statistics.reported.as_ref();
-            let sigma = reported.and_then(|r| r.standard_deviation);
+            let sigma = reported.and_then(|r| r.standard_deviation.as_ref());
             let nees = reported.and_then(|r| r.nees).map(|n| n.mean);
-            Figures::of_statistics(statistics).rows(&mut text, &first, |i| {
-                let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+            Rows::of_statistics(statistics).write(&mut text, parameters, &first, |i| {
                 format!(
                     ",{},{},{},{}",
-                    number(sigma.map(|s| s.in_order()[i])),
-                    nth(reported.map(|r| &r.pull_mean), i),
-                    nth(reported.map(|r| &r.pull_rms), i),
+                    number(nth(sigma, i)),
+                    number(reported.map(|r| r.pull_mean[i])),
+                    number(reported.map(|r| r.pull_rms[i])),
                     number(nees)
                 )
             });
@@ -147,10 +128,13 @@ pub fn sweep_table(sweep: &Sweep) -> String {
     text
 }
 
-fn nth(six: Option<&SixValues>, i: usize) -> String {
-    six.map_or_else(String::new, |six| {
-        super::format::in_order(six)[i].to_string()
-    })
+/// A parameter's figure; `None` where there is none.
+fn nth(figures: Option<&Figures>, i: usize) -> Option<f64> {
+    figures.and_then(|figures| figures[i])
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| value.to_string())
 }
 
 fn quoted(text: &str) -> String {
@@ -167,60 +151,67 @@ fn serde_name(value: &impl Serialize) -> String {
 }
 
 /// What both tables show.
-struct Figures {
+struct Rows<'a> {
     trials: u64,
     usable: u64,
-    bias: Option<SixFigures>,
-    error: Option<SixFigures>,
-    deviation: Option<SixFigures>,
+    bias: Option<&'a Figures>,
+    error: Option<&'a Figures>,
+    deviation: Option<&'a Figures>,
     interval: Option<Interval>,
-    rms: Option<SixFigures>,
+    rms: Option<&'a Figures>,
 }
 
-impl Figures {
-    fn of_statistics(s: &PathStatistics) -> Self {
+impl<'a> Rows<'a> {
+    fn of_statistics(s: &'a PathStatistics) -> Self {
         Self {
             trials: s.trials,
             usable: s.usable,
-            bias: s.bias,
-            error: s.bias_standard_error,
-            deviation: s.standard_deviation,
+            bias: s.bias.as_ref(),
+            error: s.bias_standard_error.as_ref(),
+            deviation: s.standard_deviation.as_ref(),
             interval: s.standard_deviation_interval,
-            rms: s.rms,
+            rms: s.rms.as_ref(),
         }
     }
 
-    fn of_share(s: &SourceShare) -> Self {
+    fn of_share(s: &'a SourceShare) -> Self {
         Self {
             trials: s.trials,
             usable: s.usable,
-            bias: s.bias,
-            error: s.bias_standard_error,
-            deviation: s.standard_deviation,
+            bias: s.bias.as_ref(),
+            error: s.bias_standard_error.as_ref(),
+            deviation: s.standard_deviation.as_ref(),
             interval: s.standard_deviation_interval,
             rms: None,
         }
     }
 
-    fn rows(&self, text: &mut String, first: &str, last: impl Fn(usize) -> String) {
-        for (i, (name, unit)) in NAMES.iter().enumerate() {
-            let of = |six: Option<SixFigures>, factor: f64| {
-                six.map_or_else(String::new, |six| (six.in_order()[i] * factor).to_string())
-            };
+    /// One row for each parameter, `first` before its figures and `last` behind them.
+    fn write(
+        &self,
+        text: &mut String,
+        parameters: &[BudgetParameter],
+        first: &str,
+        last: impl Fn(usize) -> String,
+    ) {
+        for (i, parameter) in parameters.iter().enumerate() {
+            let of = |figures| number(nth(figures, i));
             let end = |factor: Option<f64>| {
-                factor.map_or_else(String::new, |factor| of(self.deviation, factor))
+                number(factor.and_then(|factor| Some(nth(self.deviation, i)? * factor)))
             };
             let _ = writeln!(
                 text,
-                "{first},{name},{unit},{},{},{},{},{},{},{},{}{}",
+                "{first},{},{},{},{},{},{},{},{},{},{}{}",
+                quoted(&parameter.name),
+                parameter.unit,
                 self.trials,
                 self.usable,
-                of(self.bias, 1.0),
-                of(self.error, 1.0),
-                of(self.deviation, 1.0),
+                of(self.bias),
+                of(self.error),
+                of(self.deviation),
                 end(self.interval.map(|i| i.lower)),
                 end(self.interval.map(|i| i.upper)),
-                of(self.rms, 1.0),
+                of(self.rms),
                 last(i)
             );
         }
@@ -235,7 +226,7 @@ pub fn summary(result: &BudgetResult) -> String {
         text.push_str(&path_text(result, path));
     }
     for refusal in &result.refusals {
-        let path = refusal.path.name();
+        let path = &refusal.path;
         let seeds: Vec<String> = refusal.seeds.iter().map(u64::to_string).collect();
         let more = if refusal.count > refusal.seeds.len() as u64 {
             ", ..."
@@ -252,7 +243,7 @@ pub fn summary(result: &BudgetResult) -> String {
         );
     }
     if let Some(sweep) = &result.sweep {
-        text.push_str(&sweep_text(sweep));
+        text.push_str(&sweep_text(result, sweep));
     }
     for note in &result.notes {
         let _ = writeln!(text, "\nNote: {note}.");
@@ -260,30 +251,30 @@ pub fn summary(result: &BudgetResult) -> String {
     text
 }
 
-/// Degrees stay, metres become millimetres.
-fn shown(six: &SixFigures) -> [f64; 6] {
-    let [pitch, roll, yaw, x, y, z] = six.in_order();
-    [pitch, roll, yaw, x * 1e3, y * 1e3, z * 1e3]
+/// Name and shown unit of each parameter.
+fn heads(result: &BudgetResult) -> impl Iterator<Item = String> {
+    let head = |p: &BudgetParameter| format!("{}, {}", p.name, finer(&p.unit).0);
+    result.parameters.iter().map(head)
 }
 
-/// Four significant digits.
-fn digits(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return "0".to_owned();
-    }
-    let decimals = (3.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
-    format!("{value:.decimals$}")
-}
-
-fn cell(six: Option<&SixFigures>, i: usize) -> String {
-    six.map_or_else(|| "-".to_owned(), |six| digits(shown(six)[i]))
+/// A parameter's figure in the unit shown.
+fn cell(result: &BudgetResult, figures: Option<&Figures>, i: usize) -> String {
+    let factor = finer(&result.parameters[i].unit).1;
+    let shown = nth(figures, i).map(|value| digits(value * factor));
+    shown.unwrap_or_else(|| "-".to_owned())
 }
 
 fn title(path: &PathBudget) -> String {
-    match path.path {
-        BudgetPath::Joint => "Joint path".to_owned(),
-        _ => format!("Reference path ({})", path.variant),
-    }
+    let variant = match path.variant.as_str() {
+        "" => String::new(),
+        variant => format!(" ({variant})"),
+    };
+    let name = if path.path == JOINT {
+        "Joint"
+    } else {
+        "Reference"
+    };
+    format!("{name} path{variant}")
 }
 
 fn path_text(result: &BudgetResult, path: &PathBudget) -> String {
@@ -298,16 +289,16 @@ fn path_text(result: &BudgetResult, path: &PathBudget) -> String {
             result.first_seed,
             result.first_seed + s.trials.saturating_sub(1)
         );
-        text.push_str(&statistics_table(s));
+        text.push_str(&statistics_table(result, s));
         text.push_str(&honesty(s));
     }
-    text.push_str(&predicted_text(path));
+    text.push_str(&predicted_text(result, path));
     text.push_str(&top_sources(result, path));
     text
 }
 
 /// What propagation says, and where the trials contradict it.
-fn predicted_text(path: &PathBudget) -> String {
+fn predicted_text(result: &BudgetResult, path: &PathBudget) -> String {
     let Some(predicted) = &path.predicted else {
         return String::new();
     };
@@ -320,14 +311,14 @@ fn predicted_text(path: &PathBudget) -> String {
         "Cramer-Rao bound",
         "efficiency",
     ]);
-    for (i, row) in ROWS.iter().enumerate() {
-        let efficiency = path.efficiency.as_ref().map(super::format::in_order);
+    for (i, head) in heads(result).enumerate() {
+        let efficiency = nth(path.efficiency.as_ref(), i);
         table.add_row([
-            format!("{}, {}", row.name, row.unit),
-            cell(predicted.bias.as_ref(), i),
-            cell(predicted.standard_deviation.as_ref(), i),
-            cell(path.bound.as_ref(), i),
-            efficiency.map_or_else(|| "-".to_owned(), |e| format!("{:.3}", e[i])),
+            head,
+            cell(result, predicted.bias.as_ref(), i),
+            cell(result, predicted.standard_deviation.as_ref(), i),
+            cell(result, path.bound.as_ref(), i),
+            efficiency.map_or_else(|| "-".to_owned(), |e| format!("{e:.3}")),
         ]);
     }
     text.push_str(&right_aligned(table));
@@ -370,9 +361,9 @@ fn right_aligned(mut table: comfy_table::Table) -> String {
     text
 }
 
-fn statistics_table(s: &PathStatistics) -> String {
+fn statistics_table(result: &BudgetResult, s: &PathStatistics) -> String {
     let reported = s.reported.as_ref();
-    let sigma = reported.and_then(|r| r.standard_deviation);
+    let sigma = reported.and_then(|r| r.standard_deviation.as_ref());
     let mut table = ruled_table();
     let mut header = vec![
         "parameter",
@@ -385,18 +376,17 @@ fn statistics_table(s: &PathStatistics) -> String {
         header.extend(["reported sigma", "pull RMS"]);
     }
     table.set_header(header);
-    for (i, row) in ROWS.iter().enumerate() {
+    for (i, head) in heads(result).enumerate() {
         let mut line = vec![
-            format!("{}, {}", row.name, row.unit),
-            cell(s.bias.as_ref(), i),
-            cell(s.bias_standard_error.as_ref(), i),
-            cell(s.standard_deviation.as_ref(), i),
-            cell(s.rms.as_ref(), i),
+            head,
+            cell(result, s.bias.as_ref(), i),
+            cell(result, s.bias_standard_error.as_ref(), i),
+            cell(result, s.standard_deviation.as_ref(), i),
+            cell(result, s.rms.as_ref(), i),
         ];
         if let Some(reported) = reported {
-            line.push(cell(sigma.as_ref(), i));
-            let pull = super::format::in_order(&reported.pull_rms)[i];
-            line.push(format!("{pull:.3}"));
+            line.push(cell(result, sigma, i));
+            line.push(format!("{:.3}", reported.pull_rms[i]));
         }
         table.add_row(line);
     }
@@ -426,8 +416,8 @@ fn honesty(s: &PathStatistics) -> String {
 /// The sources with the largest share of any parameter, then the remainder and the interaction.
 fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     let largest = |share: &SourceShare| {
-        let six = share.share.as_ref().map(super::format::in_order);
-        six.map_or(0.0, |six| six.into_iter().fold(0.0, f64::max))
+        let parts = share.share.iter().flatten().flatten();
+        parts.copied().fold(0.0, f64::max)
     };
     let by_trials = path.shares.iter().any(|s| s.origin == Origin::MonteCarlo);
     let origin = if by_trials {
@@ -446,7 +436,7 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     sources.truncate(SHOWN);
     sources.extend(path.shares.iter().filter(is_rest));
     let mut table = ruled_table();
-    let names = ROWS.iter().map(|row| row.name.to_owned());
+    let names = result.parameters.iter().map(|p| p.name.clone());
     let heading = match origin {
         Origin::MonteCarlo => "share of variance (trials), %",
         Origin::Analytic => "share of variance (analytic), %",
@@ -455,9 +445,12 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     for share in sources {
         let described = result.sources.iter().find(|s| s.source == share.source);
         let title = described.map_or(share.source.as_str(), |s| s.title.as_str());
-        let six = share.share.as_ref().map(super::format::in_order);
-        let percent = |i: usize| six.map_or("-".into(), |six| format!("{:.1}", 100.0 * six[i]));
-        table.add_row([title.to_owned()].into_iter().chain((0..6).map(percent)));
+        let percent = |i: usize| {
+            let part = nth(share.share.as_ref(), i);
+            part.map_or_else(|| "-".to_owned(), |part| format!("{:.1}", 100.0 * part))
+        };
+        let parts = (0..result.parameters.len()).map(percent);
+        table.add_row([title.to_owned()].into_iter().chain(parts));
     }
     let mut text = right_aligned(table);
     if left_out > 0 {
@@ -466,26 +459,26 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     text
 }
 
-fn sweep_text(sweep: &Sweep) -> String {
+fn sweep_text(result: &BudgetResult, sweep: &Sweep) -> String {
     let mut text = String::new();
-    for path in BudgetPath::ALL {
+    for path in result.paths.iter().map(|p| &p.path) {
         let mut table = ruled_table();
-        let names = ROWS.iter().map(|row| format!("{}, {}", row.name, row.unit));
         let usable = ["usable".to_owned()];
-        table.set_header(sweep.keys.iter().cloned().chain(usable).chain(names));
+        let keys = sweep.keys.iter().cloned();
+        table.set_header(keys.chain(usable).chain(heads(result)));
         for point in &sweep.points {
-            let Some(s) = point.paths.iter().find(|s| s.path == path) else {
+            let Some(s) = point.paths.iter().find(|s| s.path == *path) else {
                 continue;
             };
             let values = point.values.iter().map(ToString::to_string);
             let usable = [format!("{}/{}", s.usable, s.trials)];
-            let rms = (0..6).map(|i| cell(s.rms.as_ref(), i));
+            let all = 0..result.parameters.len();
+            let rms = all.map(|i| cell(result, s.rms.as_ref(), i));
             table.add_row(values.chain(usable).chain(rms));
         }
         let _ = writeln!(
             text,
-            "\nSweep, {}: RMS error, {} trials at each point under the same seeds",
-            path.name(),
+            "\nSweep, {path}: RMS error, {} trials at each point under the same seeds",
             sweep.trials
         );
         text.push_str(&right_aligned(table));
@@ -496,14 +489,6 @@ fn sweep_text(sweep: &Sweep) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn four_digits_count() {
-        assert_eq!(
-            [0.0123456, 123.456, -1.0, 0.0].map(digits),
-            ["0.01235", "123.5", "-1.000", "0"]
-        );
-    }
 
     #[test]
     fn commas_are_quoted() {

@@ -1,7 +1,10 @@
 //! An error budget in a few sentences.
 
-use super::format::{ROWS, in_order, shown_figures as shown, three_digits as digits};
-use crate::results::{BudgetPath, BudgetResult, PathBudget};
+use super::format::{finer, three_digits as digits};
+use crate::results::{BudgetResult, JOINT, PathBudget};
+
+/// Rows of a path that are no source of errors.
+const APART: [&str; 3] = ["nothing", "remainder", "interaction"];
 
 /// How the paths compare, which source is largest, and whether the reported uncertainty is true; what is not in the result is left out.
 #[must_use]
@@ -14,60 +17,77 @@ pub fn headline(result: &BudgetResult) -> String {
     }
 }
 
-fn path(result: &BudgetResult, path: BudgetPath) -> Option<&PathBudget> {
-    result.paths.iter().find(|p| p.path == path)
+fn joint(result: &BudgetResult) -> Option<&PathBudget> {
+    result.paths.iter().find(|p| p.path == JOINT)
 }
 
-fn rms(path: Option<&PathBudget>) -> Option<[f64; 6]> {
-    let rms = path?.together.as_ref()?.rms;
-    rms.as_ref().map(shown)
+/// Root mean square errors in the units shown; NaN where there is none.
+fn rms(result: &BudgetResult, path: &PathBudget) -> Option<Vec<f64>> {
+    let rms = path.together.as_ref()?.rms.as_ref()?.iter();
+    let shown = rms.zip(&result.parameters);
+    Some(
+        shown
+            .map(|(v, p)| v.unwrap_or(f64::NAN) * finer(&p.unit).1)
+            .collect(),
+    )
 }
 
-/// The parameters in which the paths differ most: one angle and one length.
+/// The parameters in which joint and reference path differ most: one of each unit that is an angle or a length.
 fn gain(result: &BudgetResult) -> Option<String> {
-    let joint = rms(path(result, BudgetPath::Joint))?;
-    let sequential = rms(path(result, BudgetPath::Sequential))?;
-    let ratio = |i: &usize| sequential[*i] / joint[*i];
-    let most = |of: std::ops::Range<usize>| of.max_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+    let own = rms(result, joint(result)?)?;
+    let reference = result.paths.iter().find(|p| p.path != JOINT)?;
+    let theirs = rms(result, reference)?;
+    let ratio = |i: &usize| theirs[*i] / own[*i];
+    let most = |unit: &str| {
+        let all = 0..result.parameters.len();
+        let of_unit = all.filter(|i| result.parameters[*i].unit == unit && ratio(i).is_finite());
+        of_unit.max_by(|a, b| ratio(a).total_cmp(&ratio(b)))
+    };
     let phrase = |i: usize| {
-        let row = &ROWS[i];
-        let (name, unit) = (row.name, row.unit);
+        let (name, unit) = (
+            &result.parameters[i].name,
+            finer(&result.parameters[i].unit).0,
+        );
         format!(
             "{} {unit} against {} {unit} in {name}",
-            digits(joint[i]),
-            digits(sequential[i])
+            digits(own[i]),
+            digits(theirs[i])
         )
     };
-    Some(format!(
-        "RMS error of the joint path against the sequential one: {} and {}.",
-        phrase(most(0..3)?),
-        phrase(most(3..6)?)
-    ))
+    let phrases: Vec<String> = [most("deg"), most("m")]
+        .into_iter()
+        .flatten()
+        .map(phrase)
+        .collect();
+    (!phrases.is_empty()).then(|| {
+        format!(
+            "RMS error of the joint path against the reference path: {}.",
+            phrases.join(" and ")
+        )
+    })
 }
 
 /// The joint path's source with the largest share of anything.
 fn largest(result: &BudgetResult) -> Option<String> {
-    let apart = ["nothing", "remainder", "interaction"];
-    let shares = path(result, BudgetPath::Joint)?.shares.iter();
-    let sources = shares.filter(|s| !apart.contains(&s.source.as_str()));
-    let of_all = sources.filter_map(|s| {
-        let six = in_order(s.share.as_ref()?);
-        let i = (0..6).max_by(|a, b| six[*a].total_cmp(&six[*b]))?;
-        Some((s, i, six[i]))
+    let shares = joint(result)?.shares.iter();
+    let sources = shares.filter(|s| !APART.contains(&s.source.as_str()));
+    let parts = sources.flat_map(|s| {
+        let parts = s.share.iter().flatten().enumerate();
+        parts.filter_map(move |(i, part)| Some((s, i, (*part)?)))
     });
-    let (share, i, part) = of_all.max_by(|a, b| a.2.total_cmp(&b.2))?;
+    let (share, i, part) = parts.max_by(|a, b| a.2.total_cmp(&b.2))?;
     let described = result.sources.iter().find(|d| d.source == share.source);
     let title = described.map_or(share.source.as_str(), |d| d.title.as_str());
     Some(format!(
         "The joint path's largest source: {title}, {:.0} % of the variance of {}.",
         100.0 * part,
-        ROWS[i].name
+        result.parameters[i].name
     ))
 }
 
 fn truth(result: &BudgetResult) -> Option<String> {
-    let joint = path(result, BudgetPath::Joint)?.together.as_ref()?;
-    let nees = joint.reported.as_ref()?.nees?;
+    let together = joint(result)?.together.as_ref()?;
+    let nees = together.reported.as_ref()?.nees?;
     let verdict = if nees.interval.contains(nees.mean) {
         "true within chance"
     } else if nees.mean > nees.interval.upper {

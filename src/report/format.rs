@@ -1,67 +1,33 @@
 //! Numbers and names as readers expect them.
 
-use crate::results::{SixFigures, SixValues, Status};
-
-/// One of the six parameters, with what is shown of it.
-pub struct Row {
-    /// Name as in the covariance.
-    pub name: &'static str,
-    /// Unit shown.
-    pub unit: &'static str,
-}
-
-/// The six parameters in the covariance's order; lever arms are shown in millimetres.
-pub const ROWS: [Row; 6] = [
-    Row {
-        name: "pitch",
-        unit: "deg",
-    },
-    Row {
-        name: "roll",
-        unit: "deg",
-    },
-    Row {
-        name: "yaw",
-        unit: "deg",
-    },
-    Row {
-        name: "lx",
-        unit: "mm",
-    },
-    Row {
-        name: "ly",
-        unit: "mm",
-    },
-    Row {
-        name: "lz",
-        unit: "mm",
-    },
-];
-
-/// Figures in the rows' units.
-pub fn shown_figures(six: &SixFigures) -> [f64; 6] {
-    let [pitch, roll, yaw, x, y, z] = six.in_order();
-    let [x, y, z] = [x, y, z].map(millimetres);
-    [pitch, roll, yaw, x, y, z]
-}
+use crate::results::Status;
 
 /// Three significant digits.
 pub fn three_digits(value: f64) -> String {
+    significant(value, 3.0)
+}
+
+/// Four significant digits.
+pub fn four_digits(value: f64) -> String {
+    significant(value, 4.0)
+}
+
+fn significant(value: f64, digits: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return "0".to_owned();
     }
-    let decimals = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    let decimals = (digits - 1.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{value:.decimals$}")
 }
 
-/// In the rows' order.
-pub fn in_order(v: &SixValues) -> [f64; 6] {
-    [v.pitch, v.roll, v.yaw, v.lx, v.ly, v.lz]
-}
-
-/// Metres to millimetres.
-pub fn millimetres(metres: f64) -> f64 {
-    metres * 1e3
+/// The unit that a figure of a parameter is shown in, and the factor to it.
+pub fn finer(unit: &str) -> (&str, f64) {
+    match unit {
+        "m" => ("mm", 1e3),
+        "s" => ("ms", 1e3),
+        "1" => ("ppm", 1e6),
+        unit => (unit, 1.0),
+    }
 }
 
 /// A value where no sigma says how many digits count.
@@ -114,6 +80,14 @@ mod tests {
         assert_eq!(
             [0, 999, 1000, 114763, 10000000].map(grouped),
             ["0", "999", "1 000", "114 763", "10 000 000"]
+        );
+    }
+
+    #[test]
+    fn four_digits_count() {
+        assert_eq!(
+            [0.0123456, 123.456, -1.0, 0.0].map(four_digits),
+            ["0.01235", "123.5", "-1.000", "0"]
         );
     }
 

@@ -8,7 +8,6 @@ pub mod card;
 pub mod csv;
 pub mod html;
 pub mod json;
-pub mod named_budget;
 pub mod plan;
 pub mod text;
 
@@ -21,5 +20,4 @@ pub use budget::{WrittenBudget, write_budget};
 pub use budget_headline::headline as budget_headline;
 pub use files::{ReportError, Written, write_all};
 pub use headline::{SIGNIFICANCE, headline};
-pub use named_budget::{WrittenNamedBudget, write_named_budget};
 pub use plan::{WrittenPlan, write_plan};

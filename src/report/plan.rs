@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use comfy_table::CellAlignment;
 
-use super::format::{ROWS, shown_figures as shown, three_digits as digits};
+use super::format::{finer, three_digits as digits};
 use super::text::ruled_table;
 use super::{ReportError, html, json};
-use crate::results::{PlanResult, SixFigures, SweepValue, write_whole};
+use crate::results::{BudgetParameter, Figures, PlanResult, SweepValue, write_whole};
 
 /// Steps that the terminal shows.
 const SHOWN: usize = 12;
@@ -53,10 +53,17 @@ pub fn to_bytes(result: &PlanResult) -> serde_json::Result<Vec<u8>> {
 /// One row per set of standard deviations: `plan.csv`. `kind` is `wanted`, `sailed`, `candidate`, `chosen`, `floor` or `variation`.
 #[must_use]
 pub fn table(result: &PlanResult) -> String {
-    let mut text = "kind,number,what,pitch_sigma_deg,roll_sigma_deg,yaw_sigma_deg,lx_sigma_m,ly_sigma_m,lz_sigma_m\n".to_owned();
-    let mut row = |kind: &str, number: usize, what: &str, six: Option<&SixFigures>| {
-        let cells = six.map(|six| six.in_order().map(|v| v.to_string()));
-        let cells = cells.unwrap_or_default().join(",");
+    let column = |p: &BudgetParameter| format!("{}_sigma_{}", p.name, p.unit);
+    let columns: Vec<String> = result.parameters.iter().map(column).collect();
+    let mut text = format!("kind,number,what,{}\n", columns.join(","));
+    let mut row = |kind: &str, number: usize, what: &str, figures: Option<&Figures>| {
+        let cell = |i: usize| {
+            figures
+                .and_then(|f| f[i])
+                .map_or_else(String::new, |v: f64| v.to_string())
+        };
+        let cells: Vec<String> = (0..columns.len()).map(cell).collect();
+        let cells = cells.join(",");
         let _ = writeln!(
             text,
             "{kind},{number},\"{}\",{cells}",
@@ -95,8 +102,11 @@ fn values(values: &[SweepValue]) -> String {
     all.join(", ")
 }
 
-fn cells(six: Option<&SixFigures>) -> [String; 6] {
-    six.map_or_else(|| ["-"; 6].map(str::to_owned), |six| shown(six).map(digits))
+/// A parameter's figure in the unit shown.
+fn cell(result: &PlanResult, figures: Option<&Figures>, i: usize) -> String {
+    let factor = finer(&result.parameters[i].unit).1;
+    let value = figures.and_then(|f| f[i]).map(|v| digits(v * factor));
+    value.unwrap_or_else(|| "-".to_owned())
 }
 
 /// What the plan comes to, in one or two sentences.
@@ -126,15 +136,15 @@ pub fn verdict(result: &PlanResult) -> String {
 
 /// "pitch (floor 0.016 deg, wanted 0.015 deg)".
 fn floor_of(result: &PlanResult, name: &str) -> String {
-    let place = ROWS.iter().position(|row| row.name == name);
+    let place = result.parameters.iter().position(|p| p.name == name);
     let (Some(i), Some(floor)) = (place, &result.floor) else {
         return name.to_owned();
     };
-    let unit = ROWS[i].unit;
+    let unit = finer(&result.parameters[i].unit).0;
     format!(
         "{name} (floor {} {unit}, wanted {} {unit})",
-        digits(shown(floor)[i]),
-        digits(shown(&result.wanted)[i])
+        cell(result, Some(floor), i),
+        cell(result, Some(&result.wanted), i)
     )
 }
 
@@ -154,14 +164,18 @@ pub fn summary(result: &PlanResult) -> String {
 
 /// A table of sigmas with some columns of words before them.
 fn sigmas<'a>(
+    result: &PlanResult,
     before: &[&str],
-    rows: impl Iterator<Item = (Vec<String>, Option<&'a SixFigures>)>,
+    rows: impl Iterator<Item = (Vec<String>, Option<&'a Figures>)>,
 ) -> String {
     let mut table = ruled_table();
     let words = before.iter().map(|w| (*w).to_owned());
-    table.set_header(words.chain(ROWS.iter().map(|r| format!("{}, {}", r.name, r.unit))));
-    for (words, six) in rows {
-        table.add_row(words.into_iter().chain(cells(six)));
+    let parameters = result.parameters.iter();
+    let heads = parameters.map(|p| format!("{}, {}", p.name, finer(&p.unit).0));
+    table.set_header(words.chain(heads));
+    for (words, figures) in rows {
+        let cells = (0..result.parameters.len()).map(|i| cell(result, figures, i));
+        table.add_row(words.into_iter().chain(cells));
     }
     let numbers = table.column_iter_mut().skip(before.len());
     numbers.for_each(|column| column.set_cell_alignment(CellAlignment::Right));
@@ -182,7 +196,7 @@ fn state(result: &PlanResult) -> String {
         ("a million of each".to_owned(), result.floor.as_ref()),
     ];
     let rows = rows.into_iter().map(|(word, six)| (vec![word], six));
-    format!("\nStandard deviations\n{}", sigmas(&["with"], rows))
+    format!("\nStandard deviations\n{}", sigmas(result, &["with"], rows))
 }
 
 fn candidates(result: &PlanResult) -> String {
@@ -194,7 +208,7 @@ fn candidates(result: &PlanResult) -> String {
     });
     let mut text = format!(
         "\nIf one of these were sailed next\n{}",
-        sigmas(&["", "pass"], rows)
+        sigmas(result, &["", "pass"], rows)
     );
     let mut reasons: Vec<(&str, Vec<&str>)> = vec![];
     for (_, c) in refused {
@@ -223,7 +237,7 @@ fn order(result: &PlanResult) -> String {
     let mut text = format!(
         "\nOrder to sail, {}\n{}",
         result.criterion.title(),
-        sigmas(&["", "pass"], rows)
+        sigmas(result, &["", "pass"], rows)
     );
     if last > SHOWN {
         let _ = writeln!(text, "passes {SHOWN} to {} are in plan.csv", last - 1);
@@ -242,7 +256,7 @@ fn variations(result: &PlanResult) -> String {
     });
     let mut text = format!(
         "\nThe scenario's own passes, compared\n{}",
-        sigmas(&keys, rows)
+        sigmas(result, &keys, rows)
     );
     for p in variations.points.iter().filter(|p| !p.refusal.is_empty()) {
         let _ = writeln!(text, "{}: {}", values(&p.values), p.refusal);

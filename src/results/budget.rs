@@ -1,6 +1,7 @@
 //! An error budget as plain serialisable data: `result.json`.
 //!
-//! Angles in degrees, lengths in metres, as the names say. What could not be determined is `None` (`null` in the file), never NaN.
+//! Every list over parameters is in the order of [`BudgetResult::parameters`], each entry in that parameter's unit. What could not be
+//! determined is `None` (`null` in the file), never NaN.
 
 use std::collections::BTreeMap;
 
@@ -9,30 +10,21 @@ use serde::{Deserialize, Serialize};
 use super::{Software, SwathResult};
 
 /// Version of [`BudgetResult`]'s form.
-pub const BUDGET_FORMAT_VERSION: u32 = 1;
+pub const BUDGET_FORMAT_VERSION: u32 = 2;
 
-/// One number for each of the six parameters, in the unit that its field states.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct SixValues {
-    /// About x.
-    pub pitch: f64,
-    /// About y.
-    pub roll: f64,
-    /// About z.
-    pub yaw: f64,
-    /// Along x (right).
-    pub lx: f64,
-    /// Along y (forward).
-    pub ly: f64,
-    /// Along z (up).
-    pub lz: f64,
-}
+/// A figure for each parameter; `None` for one of which nothing is known.
+pub type Figures = Vec<Option<f64>>;
+
+/// Name of the joint path in every budget.
+pub const JOINT: &str = "joint";
 
 /// `result.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BudgetResult {
     /// [`BUDGET_FORMAT_VERSION`].
     pub format_version: u32,
+    /// The procedure.
+    pub procedure: String,
     /// Name of the scenario.
     pub scenario: String,
     /// SHA-256 of the scenario as it took effect, but for its seed.
@@ -47,8 +39,10 @@ pub struct BudgetResult {
     pub single_trials: u64,
     /// Probability inside every interval.
     pub confidence: f64,
-    /// The configuration of both paths as it took effect.
+    /// The configuration of all paths as it took effect.
     pub configuration: serde_json::Value,
+    /// The parameters.
+    pub parameters: Vec<BudgetParameter>,
     /// The sources that act, in the order of their random streams.
     pub sources: Vec<SourceDescription>,
     /// Each path.
@@ -61,7 +55,7 @@ pub struct BudgetResult {
     /// What the calibration means for soundings.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub swath: Option<SwathResult>,
-    /// The command that makes the result again.
+    /// The command that makes the result again, the scenario by the name of its file.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub command: String,
     /// Sentences that the reader should know.
@@ -69,35 +63,17 @@ pub struct BudgetResult {
     pub notes: Vec<String>,
 }
 
-/// Which path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum BudgetPath {
-    /// The joint adjustment.
-    Joint,
-    /// The reference path as configured (literal by default).
-    Sequential,
-    /// The reference path's projected variant, which has a derivative.
-    SequentialProjected,
-}
-
-impl BudgetPath {
-    /// Every path, in the order of tables.
-    pub const ALL: [Self; 3] = [Self::Joint, Self::Sequential, Self::SequentialProjected];
-
-    /// As in `result.json`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Joint => "joint",
-            Self::Sequential => "sequential",
-            Self::SequentialProjected => "sequential_projected",
-        }
-    }
+/// A parameter.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BudgetParameter {
+    /// Its name.
+    pub name: String,
+    /// Unit of everything said of it, `1` for a ratio.
+    pub unit: String,
 }
 
 /// An error source in words.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct SourceDescription {
     /// As in `[sources]` of a scenario file.
     pub source: String,
@@ -106,6 +82,7 @@ pub struct SourceDescription {
     /// Distribution, and what shares one draw.
     pub description: String,
     /// Scenario keys that size it, with their values in this scenario.
+    #[serde(default)]
     pub size: BTreeMap<String, String>,
     /// The same keys (last part) by default; empty where a scenario must say.
     pub default: BTreeMap<String, f64>,
@@ -113,58 +90,12 @@ pub struct SourceDescription {
     pub reference: String,
 }
 
-/// One figure for each of the six parameters.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct SixFigures {
-    /// About x, degrees.
-    pub pitch_deg: f64,
-    /// About y, degrees.
-    pub roll_deg: f64,
-    /// About z, degrees.
-    pub yaw_deg: f64,
-    /// Along x (right), metres.
-    pub lx_m: f64,
-    /// Along y (forward), metres.
-    pub ly_m: f64,
-    /// Along z (up), metres.
-    pub lz_m: f64,
-}
-
-impl SixFigures {
-    /// From radians and metres in the order pitch, roll, yaw, lx, ly, lz; `None` when one is not finite.
-    #[must_use]
-    pub fn from_si(six: [f64; 6]) -> Option<Self> {
-        let [pitch, roll, yaw, lx_m, ly_m, lz_m] = six;
-        six.iter().all(|v| v.is_finite()).then(|| Self {
-            pitch_deg: pitch.to_degrees(),
-            roll_deg: roll.to_degrees(),
-            yaw_deg: yaw.to_degrees(),
-            lx_m,
-            ly_m,
-            lz_m,
-        })
-    }
-
-    /// In the order pitch, roll, yaw (degrees), lx, ly, lz (metres).
-    #[must_use]
-    pub fn in_order(&self) -> [f64; 6] {
-        [
-            self.pitch_deg,
-            self.roll_deg,
-            self.yaw_deg,
-            self.lx_m,
-            self.ly_m,
-            self.lz_m,
-        ]
-    }
-}
-
 /// A path with what each source does to it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PathBudget {
-    /// Which.
-    pub path: BudgetPath,
-    /// The reference path's variant: `literal` or `projected`, with `, repeated`; empty for the joint path.
+    /// Its key: `joint`, `reference`.
+    pub path: String,
+    /// Its variant as configured, such as `literal`; empty for the joint path.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub variant: String,
     /// All sources together, by Monte Carlo.
@@ -177,12 +108,15 @@ pub struct PathBudget {
     /// Analytic propagation against Monte Carlo, source by source.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub agreement: Vec<Agreement>,
+    /// Standard deviations that the path states from data free of error, before any trial.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub claimed: Option<Figures>,
     /// Cramer-Rao bound of the standard deviation of any unbiased path.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bound: Option<SixFigures>,
+    pub bound: Option<Figures>,
     /// Bound's variance by the path's variance, 1 when the path is as good as possible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub efficiency: Option<SixValues>,
+    pub efficiency: Option<Figures>,
 }
 
 /// How a figure was found.
@@ -209,17 +143,17 @@ pub struct SourceShare {
     /// Trials; 0 for analytic figures.
     pub trials: u64,
     /// Mean error; of a source alone by Monte Carlo, the method's own is taken off.
-    pub bias: Option<SixFigures>,
+    pub bias: Option<Figures>,
     /// One sigma of the bias.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_standard_error: Option<SixFigures>,
+    pub bias_standard_error: Option<Figures>,
     /// Standard deviation; `None` of a remainder, whose variance may be negative.
-    pub standard_deviation: Option<SixFigures>,
+    pub standard_deviation: Option<Figures>,
     /// Factors from the standard deviation to the ends of its interval.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_deviation_interval: Option<Interval>,
     /// Part of the variance of all sources together.
-    pub share: Option<SixValues>,
+    pub share: Option<Figures>,
     /// What the reader should know, or empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
@@ -246,21 +180,21 @@ impl Interval {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PathStatistics {
     /// Which.
-    pub path: BudgetPath,
+    pub path: String,
     /// Trials.
     pub trials: u64,
     /// Trials with a usable result of this path; the figures are of these.
     pub usable: u64,
     /// Mean error.
-    pub bias: Option<SixFigures>,
+    pub bias: Option<Figures>,
     /// One sigma of the bias.
-    pub bias_standard_error: Option<SixFigures>,
+    pub bias_standard_error: Option<Figures>,
     /// Standard deviation about the mean.
-    pub standard_deviation: Option<SixFigures>,
+    pub standard_deviation: Option<Figures>,
     /// Factors from the standard deviation to the ends of its interval.
     pub standard_deviation_interval: Option<Interval>,
     /// Root mean square error.
-    pub rms: Option<SixFigures>,
+    pub rms: Option<Figures>,
     /// What the path says of itself; `None` for the reference path, which says nothing.
     pub reported: Option<Reported>,
 }
@@ -269,11 +203,11 @@ pub struct PathStatistics {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reported {
     /// Root of the mean reported variance.
-    pub standard_deviation: Option<SixFigures>,
+    pub standard_deviation: Option<Figures>,
     /// Mean of error / reported standard deviation; 0 of a parameter that was held.
-    pub pull_mean: SixValues,
+    pub pull_mean: Vec<f64>,
     /// Root mean square of the same, 1 when the covariance is true.
-    pub pull_rms: SixValues,
+    pub pull_rms: Vec<f64>,
     /// Where the root mean square of a true covariance would lie, by chi-square.
     pub pull_rms_interval: Interval,
     /// Normalised estimation error squared, `e^T C^-1 e`.
@@ -282,7 +216,7 @@ pub struct Reported {
     pub variance_factor: Option<f64>,
 }
 
-/// Mean of `e^T C^-1 e` over trials, 6 when the covariance is true.
+/// Mean of `e^T C^-1 e` over trials, the number of parameters that were not held when the covariance is true.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Nees {
     /// Mean.
@@ -291,6 +225,8 @@ pub struct Nees {
     pub interval: Interval,
     /// Trials whose covariance could be inverted.
     pub trials: u64,
+    /// Parameters that were not held.
+    pub parameters: u64,
 }
 
 /// Analytic variance against that of the trials.
@@ -315,7 +251,7 @@ pub struct Agreement {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RefusalCount {
     /// Which.
-    pub path: BudgetPath,
+    pub path: String,
     /// The reason as one word.
     pub code: String,
     /// How many.

@@ -9,7 +9,6 @@ mod budget;
 mod calibration;
 mod comparison;
 mod convention;
-mod named_budget;
 mod page;
 mod plan;
 mod provenance;
@@ -20,17 +19,13 @@ mod verdict;
 mod write;
 
 pub use budget::{
-    Agreement, BUDGET_FORMAT_VERSION, BudgetPath, BudgetResult, Interval, Nees, Origin, PathBudget,
-    PathStatistics, RefusalCount, Reported, SixFigures, SixValues, SourceDescription, SourceShare,
-    Sweep, SweepPoint, SweepValue,
+    Agreement, BUDGET_FORMAT_VERSION, BudgetParameter, BudgetResult, Figures, Interval, JOINT,
+    Nees, Origin, PathBudget, PathStatistics, RefusalCount, Reported, SourceDescription,
+    SourceShare, Sweep, SweepPoint, SweepValue,
 };
 pub use calibration::{Calibration, SCHEMA, SensorCounts, Solutions};
 pub use comparison::{Comparison, Difference};
 pub use convention::{Convention, ConventionField};
-pub use named_budget::{
-    NAMED_BUDGET_FORMAT_VERSION, NamedBudget, NamedFigures, NamedHonesty, NamedParameter,
-    NamedPath, NamedRefusal, NamedShare, NamedSource,
-};
 pub use page::{AgainstTruth, Page, TextTable, TruthRow};
 pub use plan::{
     PLAN_FORMAT_VERSION, PlanCandidate, PlanCriterion, PlanResult, PlanStep, PlanVariation,

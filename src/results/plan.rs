@@ -4,10 +4,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SixFigures, Software, SweepValue};
+use super::{BudgetParameter, Figures, Software, SweepValue};
 
 /// Version of [`PlanResult`]'s form.
-pub const PLAN_FORMAT_VERSION: u32 = 1;
+pub const PLAN_FORMAT_VERSION: u32 = 2;
 
 /// `plan.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -22,12 +22,14 @@ pub struct PlanResult {
     pub command: String,
     /// What the next pass should make smallest.
     pub criterion: PlanCriterion,
+    /// The parameters; every list of standard deviations is in their order and units.
+    pub parameters: Vec<BudgetParameter>,
     /// Standard deviations wanted.
-    pub wanted: SixFigures,
+    pub wanted: Figures,
     /// Passes that are already sailed.
     pub sailed: Vec<PlannedPass>,
     /// Standard deviations with those; `None` where nothing is sailed.
-    pub sailed_standard_deviation: Option<SixFigures>,
+    pub sailed_standard_deviation: Option<Figures>,
     /// Passes to choose from.
     pub candidates: Vec<PlanCandidate>,
     /// The passes to sail, in order; ends when everything wanted is reached.
@@ -37,7 +39,7 @@ pub struct PlanResult {
     /// Passes to add until everything wanted is reached; `None` where the most that was allowed does not do.
     pub passes_needed: Option<u64>,
     /// Standard deviations that no number of these passes goes below.
-    pub floor: Option<SixFigures>,
+    pub floor: Option<Figures>,
     /// Parameters whose floor lies above what is wanted.
     pub unreachable: Vec<String>,
     /// Outlines of the target's faces from above: polygons of (Y along the wall, X through the wall away from the boat), metres.
@@ -97,7 +99,7 @@ pub struct PlanCandidate {
     /// Laser returns that would be tied to it.
     pub returns: u64,
     /// Standard deviations if it were sailed next.
-    pub standard_deviation_if_next: Option<SixFigures>,
+    pub standard_deviation_if_next: Option<Figures>,
     /// Why it tells nothing, or empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub refusal: String,
@@ -111,7 +113,7 @@ pub struct PlanStep {
     /// Its name.
     pub name: String,
     /// Standard deviations with it and all before.
-    pub standard_deviation: SixFigures,
+    pub standard_deviation: Figures,
 }
 
 /// Predicted standard deviations of the scenario's own passes at several values of one or two of its keys.
@@ -129,7 +131,7 @@ pub struct PlanVariation {
     /// Value of each key, in the key's unit.
     pub values: Vec<SweepValue>,
     /// Standard deviations of all passes of the scenario together.
-    pub standard_deviation: Option<SixFigures>,
+    pub standard_deviation: Option<Figures>,
     /// Why there is none, or empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub refusal: String,

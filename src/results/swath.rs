@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::BudgetPath;
-
 /// Uncertainty of soundings at 95 %, by path and depth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SwathResult {
@@ -55,7 +53,7 @@ pub enum CovarianceOrigin {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PathSwath {
     /// Which.
-    pub path: BudgetPath,
+    pub path: String,
     /// Where the covariance is from.
     pub origin: CovarianceOrigin,
     /// Covariance of pitch, roll, yaw (rad), lx, ly, lz (m).

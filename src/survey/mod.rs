@@ -7,11 +7,14 @@
 
 pub mod clock;
 pub mod document;
+pub mod limits;
 pub mod problem;
 pub(crate) mod procedure;
 pub(crate) mod reading;
 pub mod schema;
+pub(crate) mod section;
 pub mod sections;
+pub mod template;
 
 pub use problem::{Problem, ScenarioError, SurveyError};
 pub use procedure::is_survey;

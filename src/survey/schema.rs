@@ -45,6 +45,19 @@ pub struct Key {
     pub kind: Kind,
     /// Whether it must be there.
     pub required: bool,
+    /// What it means, for the documentation.
+    pub about: &'static str,
+    /// The value that it has where it is left out, if it has one then.
+    pub default: Option<fn() -> Option<toml::Value>>,
+}
+
+impl Key {
+    /// With what it means.
+    #[must_use]
+    pub const fn about(mut self, about: &'static str) -> Self {
+        self.about = about;
+        self
+    }
 }
 
 /// A key that must be there.
@@ -55,6 +68,8 @@ pub const fn required(name: &'static str, kind: Kind) -> Key {
         name,
         kind,
         required,
+        about: "",
+        default: None,
     }
 }
 
@@ -66,6 +81,8 @@ pub const fn optional(name: &'static str, kind: Kind) -> Key {
         name,
         kind,
         required,
+        about: "",
+        default: None,
     }
 }
 
@@ -210,7 +227,7 @@ pub fn utm_zone(value: &DeValue<'_>) -> Option<i8> {
 }
 
 /// What a kind allows, in words.
-fn describe(kind: &Kind) -> String {
+pub(super) fn describe(kind: &Kind) -> String {
     let listed = |words: &[&str]| {
         let quoted: Vec<_> = words.iter().map(|w| format!("\"{w}\"")).collect();
         quoted.join(", ")

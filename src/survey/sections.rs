@@ -3,20 +3,24 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::limits::{HEIGHT, LATITUDE, TURN};
+use super::schema::Kind;
+use super::section::section;
 use crate::geometry::Geodetic;
 use crate::observe::{Mounting, Outside};
 use crate::units::radians;
 
-/// A geodetic position in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Origin {
-    /// Latitude, degrees.
-    pub latitude_deg: f64,
-    /// Longitude, degrees.
-    pub longitude_deg: f64,
-    /// Ellipsoidal height, metres.
-    pub height_m: f64,
+section! {
+    /// A geodetic position in a file.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Origin {
+        /// Latitude, degrees.
+        latitude_deg: f64 = required, Kind::Number(LATITUDE);
+        /// Longitude, degrees.
+        longitude_deg: f64 = required, Kind::Number(TURN);
+        /// Ellipsoidal height, metres.
+        height_m: f64 = required, Kind::Number(HEIGHT);
+    }
 }
 
 impl Origin {
@@ -51,16 +55,17 @@ impl From<OutsideRule> for Outside {
     }
 }
 
-/// Angles of a mounting in a file, degrees.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MountingAngles {
-    /// Roll, positive starboard down.
-    pub roll: f64,
-    /// Pitch, positive bow up.
-    pub pitch: f64,
-    /// Heading, clockwise.
-    pub heading: f64,
+section! {
+    /// Angles of a mounting in a file, degrees.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct MountingAngles {
+        /// Roll, positive starboard down.
+        roll: f64 = required, Kind::Number(TURN);
+        /// Pitch, positive bow up.
+        pitch: f64 = required, Kind::Number(TURN);
+        /// Heading, clockwise.
+        heading: f64 = required, Kind::Number(TURN);
+    }
 }
 
 impl MountingAngles {

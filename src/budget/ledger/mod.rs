@@ -2,9 +2,9 @@
 //!
 //! # Layout
 //! A comment line with the [`Header`] as JSON, a line of column names, then a CSV record per seed: seed, then for the joint path
-//! error, lower triangle of the covariance by rows, variance factor and refusal, then error and refusal of the reference path as
-//! configured and projected. Angles are radians, lengths metres; floats are written with the digits that bring them back exactly.
-//! The number of trials is not part of the header: a ledger can be gone on with to any number.
+//! error, lower triangle of the covariance by rows, variance factor and refusal, then error and refusal of every other path. Angles
+//! are radians, lengths metres; floats are written with the digits that bring them back exactly. The number of trials is not part of
+//! the header: a ledger can be continued to any number.
 
 mod line;
 
@@ -15,14 +15,12 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::budget::trial::{Configuration, Trial};
-use line::{columns, from_line, to_line};
-
+use crate::calibrate::tried::{Trial, Tried};
 use crate::formats::digest::sha256_of;
-use crate::simulate::Scenario;
+pub use line::Columns;
 
 /// Version of the layout.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// What a ledger's trials are of. Only trials of an equal header may stand in one ledger.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,36 +29,37 @@ pub struct Header {
     pub format: u32,
     /// Version of the program: another one may give other numbers.
     pub version: String,
+    /// Name of the procedure.
+    pub procedure: String,
     /// Name of the scenario.
     pub scenario: String,
+    /// Which sources act: name of the cell.
+    pub acting: String,
     /// Seed of the first record.
     pub first_seed: u64,
     /// SHA-256 of the scenario as it took effect, with its source switches, but for its seed.
     pub scenario_sha256: String,
-    /// SHA-256 of the configuration of both paths.
+    /// SHA-256 of the configuration of all paths.
     pub configuration_sha256: String,
+    /// What each record holds.
+    #[serde(flatten)]
+    pub columns: Columns,
 }
 
 impl Header {
-    /// For trials of this scenario.
+    /// For trials of this scenario; `acting` is the name of its cell.
     #[must_use]
-    pub fn new(scenario: &Scenario, configuration: &Configuration, first_seed: u64) -> Self {
-        let unseeded = Scenario {
-            seed: 0,
-            ..scenario.clone()
-        };
-        let paths = (
-            &configuration.sequential,
-            &configuration.joint,
-            configuration.true_ties,
-        );
+    pub fn new(tried: &dyn Tried, acting: &str, first_seed: u64) -> Self {
         Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            scenario: scenario.name.clone(),
+            procedure: tried.procedure().to_owned(),
+            scenario: tried.scenario().to_owned(),
+            acting: acting.to_owned(),
             first_seed,
-            scenario_sha256: digest(&unseeded),
-            configuration_sha256: digest(&paths),
+            scenario_sha256: sha256_of(&tried.content()),
+            configuration_sha256: sha256_of(tried.configuration().to_string().as_bytes()),
+            columns: Columns::of(tried),
         }
     }
 
@@ -71,7 +70,9 @@ impl Header {
         let all = [
             ("layout", numbers(found.format.into(), self.format.into())),
             ("program version", texts(&found.version, &self.version)),
+            ("procedure", texts(&found.procedure, &self.procedure)),
             ("scenario name", texts(&found.scenario, &self.scenario)),
+            ("set of sources", texts(&found.acting, &self.acting)),
             (
                 "scenario (SHA-256)",
                 texts(&found.scenario_sha256, &self.scenario_sha256),
@@ -81,6 +82,10 @@ impl Header {
                 texts(&found.configuration_sha256, &self.configuration_sha256),
             ),
             ("first seed", numbers(found.first_seed, self.first_seed)),
+            (
+                "set of columns",
+                texts(&found.columns.text(), &self.columns.text()),
+            ),
         ];
         all.into_iter()
             .find(|(_, (a, b))| a != b)
@@ -89,12 +94,8 @@ impl Header {
 
     fn text(&self) -> String {
         let json = serde_json::to_string(self).unwrap_or_default();
-        format!("{MARK}{json}\n{}\n", columns().join(","))
+        format!("{MARK}{json}\n{}\n", self.columns.text())
     }
-}
-
-fn digest(value: &impl Serialize) -> String {
-    sha256_of(&serde_json::to_vec(value).unwrap_or_default())
 }
 
 /// A file of trials cannot be used.
@@ -123,9 +124,9 @@ pub enum LedgerError {
         /// What this run needs.
         expected: String,
     },
-    /// Trials are there and nobody said that they are to be gone on with.
+    /// Trials are there and nobody said that they are to be continued.
     #[error(
-        "{}: found trials of an earlier run; --resume goes on with them, or choose another --out",
+        "{}: found trials of an earlier run; continue them with --resume, or choose another --out",
         file.display()
     )]
     Taken {
@@ -152,6 +153,7 @@ const MARK: &str = "# boresight trials ";
 pub struct Ledger {
     file: PathBuf,
     out: File,
+    columns: Columns,
 }
 
 impl Ledger {
@@ -159,11 +161,12 @@ impl Ledger {
     ///
     /// # Errors
     /// [`LedgerError::System`].
-    pub fn open(file: &Path) -> Result<Self, LedgerError> {
+    pub fn open(file: &Path, columns: &Columns) -> Result<Self, LedgerError> {
         let out = OpenOptions::new().append(true).open(file);
         Ok(Self {
             file: file.to_owned(),
             out: out.map_err(|e| system(file, &e))?,
+            columns: columns.clone(),
         })
     }
 
@@ -172,7 +175,7 @@ impl Ledger {
     /// # Errors
     /// [`LedgerError::System`].
     pub fn append(&mut self, trial: &Trial) -> Result<(), LedgerError> {
-        let line = to_line(trial);
+        let line = self.columns.line(trial);
         self.out
             .write_all(&line)
             .map_err(|e| system(&self.file, &e))
@@ -229,6 +232,7 @@ pub fn read(file: &Path, header: &Header) -> Result<Records, LedgerError> {
 pub struct Records {
     file: PathBuf,
     input: BufReader<File>,
+    columns: Columns,
     seed: u64,
     line: u64,
     good_bytes: u64,
@@ -239,6 +243,7 @@ impl Records {
         let mut records = Self {
             file: file.to_owned(),
             input: BufReader::with_capacity(1 << 16, open),
+            columns: header.columns.clone(),
             seed: header.first_seed,
             line: 0,
             good_bytes: 0,
@@ -262,7 +267,7 @@ impl Records {
         }
         records.good_bytes = head.len() as u64;
         let names = records.line()?;
-        if names != format!("{}\n", columns().join(",")).into_bytes() {
+        if names != format!("{}\n", header.columns.text()).into_bytes() {
             return Err(records.damaged(&names, "the names of the columns"));
         }
         records.good_bytes += names.len() as u64;
@@ -296,7 +301,7 @@ impl Records {
         let line = self.line()?;
         let found = line
             .ends_with(b"\n")
-            .then(|| from_line(&line))
+            .then(|| self.columns.parse_line(&line))
             .flatten()
             .filter(|trial| trial.seed == self.seed);
         let Some(trial) = found else {
@@ -332,15 +337,13 @@ fn system(file: &Path, error: &std::io::Error) -> LedgerError {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Matrix6;
-
     use super::*;
-    use crate::budget::trial::{JointTrial, Reason};
-    use crate::simulate::DEMO;
+    use crate::budget::toy::Toy;
+    use crate::calibrate::tried::{Reason, Said};
+    use nalgebra::DMatrix;
 
     fn header() -> Header {
-        let scenario = Scenario::from_toml(DEMO).expect("the demo");
-        Header::new(&scenario, &Configuration::default(), 7)
+        Header::new(&Toy::default(), "together", 7)
     }
 
     fn trial(seed: u64) -> Trial {
@@ -349,27 +352,32 @@ mod tests {
             code: "no_wall".to_owned(),
             text: "it said \"no wall\", then\tnothing".to_owned(),
         };
+        let joint = Said {
+            error: vec![-1e-300 * x, 0.1 + 0.2],
+            covariance: Some(DMatrix::from_fn(2, 2, |i, j| {
+                1e-7 / ((i + 1) * (j + 1)) as f64
+            })),
+            variance_factor: (seed != 8).then_some(1.0 / 3.0),
+        };
+        let reference = Said {
+            error: vec![x.sqrt(), 5e-324],
+            covariance: None,
+            variance_factor: None,
+        };
+        let odd = seed.is_multiple_of(3);
         Trial {
             seed,
-            joint: if seed.is_multiple_of(3) {
-                Err(refused.clone())
-            } else {
-                Ok(JointTrial {
-                    error: [0.1 * x, -1e-300, x / 3.0, 5e-324, 1e22, 0.1 + 0.2],
-                    covariance: Matrix6::from_fn(|i, j| 1e-7 / ((i + 1) * (j + 1)) as f64),
-                    variance_factor: (seed != 8).then_some(1.0 / 3.0),
-                    optional: vec![],
-                })
-            },
-            sequential: Ok([x.sqrt(); 6]),
-            projected: Err(refused),
+            paths: vec![
+                if odd { Err(refused.clone()) } else { Ok(joint) },
+                if odd { Ok(reference) } else { Err(refused) },
+            ],
         }
     }
 
     fn filled(folder: &Path, count: u64) -> PathBuf {
         let file = folder.join("a.csv");
         assert_eq!(prepare(&file, &header()).expect("begun"), 0);
-        let mut ledger = Ledger::open(&file).expect("open");
+        let mut ledger = Ledger::open(&file, &header().columns).expect("open");
         for seed in 7..7 + count {
             ledger.append(&trial(seed)).expect("appended");
         }
@@ -390,8 +398,10 @@ mod tests {
         assert_eq!(prepare(&file, &header()).expect("good"), 5);
         let names = std::fs::read_to_string(&file).expect("text");
         let names = names.lines().nth(1).expect("columns").to_owned();
-        assert_eq!(names.split(',').count(), 47);
-        assert!(names.contains("joint_covariance_lz_lx,"), "{names}");
+        let expected = "seed,joint_error_a_rad,joint_error_b_m,joint_covariance_a_rad_a_rad,joint_covariance_b_m_a_rad,\
+            joint_covariance_b_m_b_m,joint_variance_factor,joint_refusal,joint_reason,reference_error_a_rad,\
+            reference_error_b_m,reference_refusal,reference_reason";
+        assert_eq!(names, expected);
     }
 
     /// Cut at every byte of the last record: the records before stay, the torn one goes, and what is appended then stands whole.
@@ -411,7 +421,7 @@ mod tests {
                 2,
                 "cut at {cut}"
             );
-            let mut ledger = Ledger::open(&file).expect("open");
+            let mut ledger = Ledger::open(&file, &header().columns).expect("open");
             ledger.append(&trial(9)).expect("appended");
             assert_eq!(std::fs::read(&file).expect("bytes"), whole);
         }
@@ -455,23 +465,24 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let file = filled(folder.path(), 1);
         let before = std::fs::read(&file).expect("bytes");
-        let scenario = Scenario::from_toml(DEMO).expect("the demo");
-        let other = crate::budget::sources::nothing(&scenario);
-        let mut configuration = Configuration::default();
-        configuration.joint.gate_sigma = 6.0;
+        let toy = Toy::default();
+        let other = Toy { spread: 2.0 };
         let mut version = header();
         version.version = "0.0.0".to_owned();
+        let mut configured = header();
+        configured.configuration_sha256.clear();
         let cases = [
             (
-                Header::new(&other, &Configuration::default(), 7),
+                Header::new(&other, "together", 7),
                 "another scenario (SHA-256)",
             ),
+            (configured, "another configuration (SHA-256)"),
             (
-                Header::new(&scenario, &configuration, 7),
-                "another configuration (SHA-256)",
+                Header::new(&toy, "only-first", 7),
+                "another set of sources: found together, expected only-first",
             ),
             (
-                Header::new(&scenario, &Configuration::default(), 8),
+                Header::new(&toy, "together", 8),
                 "another first seed: found 7, expected 8",
             ),
             (version, "another program version"),
@@ -481,12 +492,5 @@ mod tests {
             assert!(message.contains(expected), "{message}");
         }
         assert_eq!(std::fs::read(&file).expect("bytes"), before);
-        let mut seeded = scenario;
-        seeded.seed = 99;
-        assert_eq!(
-            Header::new(&seeded, &Configuration::default(), 7),
-            header(),
-            "a scenario's default seed is not part of it"
-        );
     }
 }

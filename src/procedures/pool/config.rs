@@ -2,7 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::survey::keys::{PARAMETERS, SIGMA_DEG, SIGMA_M};
 pub use crate::calibrate::choices::KernelName;
+use crate::survey::limits::{ABOVE, GATE, KERNEL, WIDTH, limits};
+use crate::survey::schema::Kind;
+use crate::survey::section::section;
 
 /// How the reference path measures an angle between two normals (mathematics section 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -27,28 +31,19 @@ impl Variant {
     }
 }
 
-/// The `[sequential]` section.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SequentialConfig {
-    /// Which angle is taken.
-    pub variant: Variant,
-    /// Angles and offsets in turn until both are stable, instead of the patent's single round.
-    pub repeated: bool,
-    /// Angle below which a pair of normals agrees, degrees.
-    pub threshold_deg: f64,
-    /// Most passes of the angle iteration.
-    pub max_passes: u32,
-}
-
-impl Default for SequentialConfig {
-    fn default() -> Self {
-        Self {
-            variant: Variant::Literal,
-            repeated: false,
-            threshold_deg: 0.05,
-            max_passes: 30,
-        }
+section! {
+    #[settings]
+    /// The `[sequential]` section.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct SequentialConfig {
+        /// Which angle is taken.
+        variant: Variant = or (Variant::Literal), Kind::OneOf(&["literal", "projected"]);
+        /// Angles and offsets in turn until both are stable, instead of the patent's single round.
+        repeated: bool = or (false), Kind::Flag;
+        /// Angle below which a pair of normals agrees, degrees.
+        threshold_deg: f64 = or (0.05), Kind::Number(limits(1e-9, 10.0, "degrees from 1e-9 to 10"));
+        /// Most passes of the angle iteration.
+        max_passes: u32 = or (30), Kind::Count(limits(1.0, 10_000.0, "1 to 10000"));
     }
 }
 
@@ -74,78 +69,62 @@ pub enum Drift {
     Off,
 }
 
-/// Standard deviations of prior knowledge about the six parameters, about their nominal values.
-#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MountingPrior {
-    /// Pitch, degrees.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pitch_sigma_deg: Option<f64>,
-    /// Roll, degrees.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub roll_sigma_deg: Option<f64>,
-    /// Yaw, degrees.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub yaw_sigma_deg: Option<f64>,
-    /// Lever arm to the right, metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lx_sigma_m: Option<f64>,
-    /// Lever arm forward, metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ly_sigma_m: Option<f64>,
-    /// Lever arm up, metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lz_sigma_m: Option<f64>,
+section! {
+    #[settings]
+    /// Standard deviations of prior knowledge about the six parameters, about their nominal values.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct MountingPrior {
+        /// Pitch, degrees.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pitch_sigma_deg: Option<f64> = or (None), Kind::Number(SIGMA_DEG);
+        /// Roll, degrees.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        roll_sigma_deg: Option<f64> = or (None), Kind::Number(SIGMA_DEG);
+        /// Yaw, degrees.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        yaw_sigma_deg: Option<f64> = or (None), Kind::Number(SIGMA_DEG);
+        /// Lever arm to the right, metres.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lx_sigma_m: Option<f64> = or (None), Kind::Number(SIGMA_M);
+        /// Lever arm forward, metres.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        ly_sigma_m: Option<f64> = or (None), Kind::Number(SIGMA_M);
+        /// Lever arm up, metres.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lz_sigma_m: Option<f64> = or (None), Kind::Number(SIGMA_M);
+    }
 }
 
-/// The `[joint]` section.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct JointConfig {
-    /// Whether the scanner's planes are unknowns.
-    pub planes: Planes,
-    /// Whether the trajectory's errors are unknowns.
-    pub drift: Drift,
-    /// Robust kernel.
-    pub kernel: KernelName,
-    /// Width of the kernel in sigmas.
-    pub kernel_width_sigma: f64,
-    /// Gate of the association in sigmas; 4 or wider, or the uncertainty becomes a lie.
-    pub gate_sigma: f64,
-    /// Estimate the latency of the soundings' time stamps.
-    pub latency: bool,
-    /// Estimate a scale of the ranges (sound speed).
-    pub range_scale: bool,
-    /// Parameters held at their nominal value: any of pitch, roll, yaw, lx, ly, lz.
-    pub hold: Vec<String>,
-    /// Prior knowledge of the six parameters.
-    pub prior: MountingPrior,
-    /// An angle whose standard deviation exceeds this (degrees) is refused.
-    pub max_sigma_deg: f64,
-    /// An offset whose standard deviation exceeds this (metres) is refused.
-    pub max_sigma_m: f64,
-    /// Iterate the variance components of soundings and returns (several more adjustments); the one-step figures otherwise.
-    pub variance_components: bool,
-    /// Solve the simple model (planes fixed, drift off) as well, for comparison.
-    pub simple: bool,
-}
-
-impl Default for JointConfig {
-    fn default() -> Self {
-        Self {
-            planes: Planes::Adjusted,
-            drift: Drift::On,
-            kernel: KernelName::Huber,
-            kernel_width_sigma: 2.0,
-            gate_sigma: 5.0,
-            latency: false,
-            range_scale: false,
-            hold: vec![],
-            prior: MountingPrior::default(),
-            max_sigma_deg: 1.0,
-            max_sigma_m: 0.5,
-            variance_components: false,
-            simple: false,
-        }
+section! {
+    #[settings]
+    /// The `[joint]` section.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct JointConfig {
+        /// Whether the scanner's planes are unknowns.
+        planes: Planes = or (Planes::Adjusted), Kind::OneOf(&["adjusted", "fixed"]);
+        /// Whether the trajectory's errors are unknowns.
+        drift: Drift = or (Drift::On), Kind::OneOf(&["on", "off"]);
+        /// Robust kernel.
+        kernel: KernelName = or (KernelName::Huber), KERNEL;
+        /// Width of the kernel in sigmas.
+        kernel_width_sigma: f64 = or (2.0), Kind::Number(WIDTH);
+        /// Gate of the association in sigmas; 4 or wider, or the uncertainty becomes a lie.
+        gate_sigma: f64 = or (5.0), Kind::Number(GATE);
+        /// Estimate the latency of the soundings' time stamps.
+        latency: bool = or (false), Kind::Flag;
+        /// Estimate a scale of the ranges (sound speed).
+        range_scale: bool = or (false), Kind::Flag;
+        /// Parameters held at their nominal value: any of pitch, roll, yaw, lx, ly, lz.
+        hold: Vec<String> = or (vec![]), Kind::Words(PARAMETERS);
+        /// Prior knowledge of the six parameters.
+        prior: MountingPrior = or (MountingPrior::default()), Kind::Table(MountingPrior::KEYS);
+        /// An angle whose standard deviation exceeds this (degrees) is refused.
+        max_sigma_deg: f64 = or (1.0), Kind::Number(limits(ABOVE, 180.0, "degrees above 0 and up to 180"));
+        /// An offset whose standard deviation exceeds this (metres) is refused.
+        max_sigma_m: f64 = or (0.5), Kind::Number(limits(ABOVE, 1000.0, "metres above 0 and up to 1000"));
+        /// Iterate the variance components of soundings and returns (several more adjustments); the one-step figures otherwise.
+        variance_components: bool = or (false), Kind::Flag;
+        /// Solve the simple model (planes fixed, drift off) as well, for comparison.
+        simple: bool = or (false), Kind::Flag;
     }
 }

@@ -17,9 +17,11 @@
 //! | [`survey`] | survey and scenario files |
 //! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
+//! | [`budget`] | its error sources: trials, propagation, swath, plan |
 //! | [`designed`] | what a pass would tell whose mounting and target are known |
 
 pub mod apply;
+pub mod budget;
 mod check;
 pub mod conditions;
 pub mod config;

@@ -4,9 +4,11 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::budget::trials::{Configuration, PoolObserved, PoolTrials};
 use super::check::checked;
 use super::preview::preview;
 use super::summary::{self, Dropped};
+use super::survey::claims::claims;
 use super::survey::{LoadedSurvey, ScenarioFile, load, scenario, write_survey};
 use super::{PoolInput, calibrate};
 use crate::calibrate::seam::{
@@ -15,6 +17,7 @@ use crate::calibrate::seam::{
 };
 use crate::calibrate::tried::Tried;
 use crate::simulate::{DEMO, Simulated as Survey, Truth, simulate};
+use crate::survey::schema::Key;
 
 /// A multibeam against a target in a pool that a laser scanner sees too.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +35,20 @@ impl Procedure for Pool {
     /// With the simple joint model as a third column.
     fn demo(&self) -> String {
         format!("{DEMO}\n[joint]\nsimple = true\n")
+    }
+
+    fn survey_keys(&self) -> &'static [Key] {
+        super::survey::file::SurveyFile::KEYS
+    }
+
+    fn targets(&self) -> &'static [(&'static str, &'static [Key])] {
+        &[
+            (
+                "A wall with two columns of blocks.",
+                super::survey::keys::WALL,
+            ),
+            ("Any faces.", super::survey::keys::FACES),
+        ]
     }
 
     fn uses(&self) -> Uses {
@@ -86,6 +103,19 @@ impl Loaded for LoadedSurvey {
         let preview = preview(&input(self, settings)).map_err(InputError::unworkable)?;
         Ok(checked(self, &preview))
     }
+
+    fn observed(&self, settings: &Settings) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
+        let observed = |claims| PoolObserved {
+            claims,
+            configuration: Configuration {
+                sequential: self.file.sequential.clone(),
+                joint: self.file.joint.clone(),
+            },
+            input: input(self, settings),
+            notes: self.notes.clone(),
+        };
+        Ok(claims(self).map(|claims| Box::new(observed(claims)) as Box<dyn Tried>))
+    }
 }
 
 /// A loaded survey as the calibration takes it.
@@ -131,8 +161,15 @@ impl ScenarioRun for ScenarioFile {
         })
     }
 
-    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
-        Ok(None)
+    fn tried(&self) -> Result<Box<dyn Tried + '_>, InputError> {
+        let calibration = self.calibration(&self.file)?;
+        Ok(Box::new(PoolTrials {
+            scenario: self.scenario.clone(),
+            configuration: Configuration {
+                sequential: calibration.sequential,
+                joint: calibration.joint,
+            },
+        }))
     }
 }
 

@@ -1,66 +1,47 @@
 //! What steers the rail calibration: the `[reference]` and `[joint]` sections of a survey file.
 
-use serde::{Deserialize, Serialize};
-
+use super::survey::keys::COUNT;
 use crate::adjust::Options;
 use crate::calibrate::choices::KernelName;
+use crate::survey::limits::{GATE, KERNEL, WIDTH, limits};
+use crate::survey::schema::Kind;
+use crate::survey::section::section;
 
-/// The `[reference]` section.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RailReferenceConfig {
-    /// Spacing of the standard profile's points, metres.
-    pub spacing_m: f64,
-    /// Steps of the coarse fit at the most.
-    pub max_steps: u32,
-    /// A point belongs to a region when it lies so near to it after the coarse fit, metres.
-    pub region_m: f64,
-    /// Positions belong to a sweep when the other angle is so near to level, degrees.
-    pub axis_tolerance_deg: f64,
-}
-
-impl Default for RailReferenceConfig {
-    fn default() -> Self {
-        Self {
-            spacing_m: 1e-4,
-            max_steps: 200,
-            region_m: 1e-3,
-            axis_tolerance_deg: 0.1,
-        }
+section! {
+    #[settings]
+    /// The `[reference]` section.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct RailReferenceConfig {
+        /// Spacing of the standard profile's points, metres.
+        spacing_m: f64 = or (1e-4), Kind::Number(limits(1e-6, 0.01, "metres from 1e-6 to 0.01"));
+        /// Steps of the coarse fit at the most.
+        max_steps: u32 = or (200), Kind::Count(COUNT);
+        /// A point belongs to a region when it lies so near to it after the coarse fit, metres.
+        region_m: f64 = or (1e-3), Kind::Number(limits(1e-6, 0.1, "metres from 1e-6 to 0.1"));
+        /// Positions belong to a sweep when the other angle is so near to level, degrees.
+        axis_tolerance_deg: f64 = or (0.1), Kind::Number(limits(1e-6, 10.0, "degrees from 1e-6 to 10"));
     }
 }
 
-/// The `[joint]` section.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RailJointConfig {
-    /// Robust kernel of the last adjustment; the rounds before use Huber's.
-    pub kernel: KernelName,
-    /// Width of the kernel in sigmas.
-    pub kernel_width_sigma: f64,
-    /// Gate of the association in sigmas; 4 or wider, or the uncertainty becomes a lie.
-    pub gate_sigma: f64,
-    /// Rounds of association at the most.
-    pub max_rounds: u32,
-    /// An angle whose standard deviation exceeds this (degrees) is refused.
-    pub max_sigma_deg: f64,
-    /// An offset whose standard deviation exceeds this (metres) is refused.
-    pub max_sigma_m: f64,
-    /// Smallest range of table angles that tells the sign of heading and pitch, degrees.
-    pub least_turn_deg: f64,
-}
-
-impl Default for RailJointConfig {
-    fn default() -> Self {
-        Self {
-            kernel: KernelName::Tukey,
-            kernel_width_sigma: 4.685,
-            gate_sigma: 5.0,
-            max_rounds: 40,
-            max_sigma_deg: 0.5,
-            max_sigma_m: 0.002,
-            least_turn_deg: 0.5,
-        }
+section! {
+    #[settings]
+    /// The `[joint]` section.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct RailJointConfig {
+        /// Robust kernel of the last adjustment; the rounds before use Huber's.
+        kernel: KernelName = or (KernelName::Tukey), KERNEL;
+        /// Width of the kernel in sigmas.
+        kernel_width_sigma: f64 = or (4.685), Kind::Number(WIDTH);
+        /// Gate of the association in sigmas; 4 or wider, or the uncertainty becomes a lie.
+        gate_sigma: f64 = or (5.0), Kind::Number(GATE);
+        /// Rounds of association at the most.
+        max_rounds: u32 = or (40), Kind::Count(limits(3.0, 1000.0, "3 to 1000"));
+        /// An angle whose standard deviation exceeds this (degrees) is refused.
+        max_sigma_deg: f64 = or (0.5), Kind::Number(limits(1e-9, 180.0, "degrees from 1e-9 to 180"));
+        /// An offset whose standard deviation exceeds this (metres) is refused.
+        max_sigma_m: f64 = or (0.002), Kind::Number(limits(1e-9, 10.0, "metres from 1e-9 to 10"));
+        /// Smallest range of table angles that tells the sign of heading and pitch, degrees.
+        least_turn_deg: f64 = or (0.5), Kind::Number(limits(0.0, 90.0, "degrees from 0 to 90"));
     }
 }
 

@@ -19,6 +19,7 @@ use crate::calibrate::seam::{
 };
 use crate::calibrate::tried::Tried;
 use crate::ruled::Ruled;
+use crate::survey::schema::Key;
 
 /// Laser profilers on a measuring beam against a standard rail.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +36,14 @@ impl Procedure for Rail {
 
     fn demo(&self) -> String {
         DEMO.to_owned()
+    }
+
+    fn survey_keys(&self) -> &'static [Key] {
+        super::survey::file::RailSurveyFile::KEYS
+    }
+
+    fn targets(&self) -> &'static [(&'static str, &'static [Key])] {
+        &[("A rail's profile.", super::survey::keys::MODEL)]
     }
 
     fn uses(&self) -> Uses {
@@ -134,13 +143,13 @@ impl ScenarioRun for RailRun {
         })
     }
 
-    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
-        Ok(Some(Box::new(RailTrials {
+    fn tried(&self) -> Result<Box<dyn Tried + '_>, InputError> {
+        Ok(Box::new(RailTrials {
             scenario: self.read.scenario.clone(),
             rail: self.read.rail.clone(),
             reference: self.reference.clone(),
             joint: self.joint.clone(),
-        })))
+        }))
     }
 }
 

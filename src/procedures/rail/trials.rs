@@ -1,10 +1,15 @@
 //! A rail scenario's trials.
 
-use super::simulate::{RailScenario, RailScenarioError, RailSource, RailSources};
-use super::trial::{RailTrial, trial_with};
-use super::{RailJointConfig, RailReferenceConfig};
-use crate::calibrate::tried::{Acting, JointSaid, NamedTrial, Tried, word};
-use crate::results::{NamedParameter, NamedSource};
+use crate::adjust::Unit;
+use crate::calibrate::tried::{
+    Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath, word,
+};
+use crate::calibrate::vary::{Point, VaryError, at};
+use crate::procedures::rail::model::SOUGHT_NAMES;
+use crate::procedures::rail::simulate::{RailScenario, RailScenarioError, RailSource, RailSources};
+use crate::procedures::rail::trial::{RailTrial, trial_with};
+use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
+use crate::results::SourceDescription;
 use crate::target::RailProfile;
 
 /// A rail scenario and how it is calibrated.
@@ -40,7 +45,7 @@ impl RailTrials {
     fn sources_of(&self, acting: Acting) -> RailSources {
         let own = &self.scenario.sources;
         match acting {
-            Acting::All => own.clone(),
+            Acting::All | Acting::AllWithTrueTies => own.clone(),
             Acting::None => RailSources::none(),
             Acting::Only(place) => {
                 let source = self.acting()[place].0;
@@ -93,69 +98,101 @@ impl Tried for RailTrials {
         &self.scenario.name
     }
 
-    fn parameters(&self) -> Vec<NamedParameter> {
-        let perfect = self.trial_with(&RailSources::none(), 1);
-        let Ok(found) = perfect else { return vec![] };
-        let names = found.names.into_iter().zip(found.units);
-        names
-            .map(|(name, unit)| NamedParameter {
-                name,
-                unit: if unit == "rad" { "deg" } else { unit }.to_owned(),
-            })
-            .collect()
+    fn content(&self) -> Vec<u8> {
+        let unseeded = RailScenario {
+            seed: 0,
+            ..self.scenario.clone()
+        };
+        let mut content = serde_json::to_vec(&unseeded).unwrap_or_default();
+        content.extend(format!("{:?}", self.rail).into_bytes());
+        content
     }
 
-    fn sources(&self) -> Vec<NamedSource> {
-        let named = |(source, title, description): (RailSource, &str, String)| NamedSource {
+    fn check(&self) -> Result<(), String> {
+        match self.scenario.faults() {
+            faults if faults.is_empty() => Ok(()),
+            faults => Err(format!("scenario: {}", faults.join("; "))),
+        }
+    }
+
+    fn configuration(&self) -> serde_json::Value {
+        serde_json::json!({ "reference": self.reference, "joint": self.joint })
+    }
+
+    fn parameters(&self) -> Vec<SoughtParameter> {
+        let profilers: Vec<&str> = self.scenario.profiler.iter().map(|p| &*p.name).collect();
+        let parameter = |profiler: &str, (part, unit): (&str, Unit)| SoughtParameter {
+            name: format!("{profiler} {part}"),
+            unit,
+        };
+        let parts = SOUGHT_NAMES.into_iter().enumerate().map(|(i, name)| {
+            let unit = if i < 3 { Unit::Radian } else { Unit::Metre };
+            (name, unit)
+        });
+        let parts: Vec<_> = parts.collect();
+        let own = |profiler| parts.iter().map(move |part| parameter(profiler, *part));
+        let mut all: Vec<_> = profilers.iter().copied().flat_map(own).collect();
+        all.extend(profilers.iter().map(|p| parameter(p, ("ly", Unit::Metre))));
+        all
+    }
+
+    fn paths(&self) -> Vec<TriedPath> {
+        let path = |name| TriedPath {
+            name,
+            variant: String::new(),
+        };
+        ["joint", "reference"].map(path).into()
+    }
+
+    fn sources(&self) -> Vec<SourceDescription> {
+        let named = |(source, title, description): (RailSource, &str, String)| SourceDescription {
             source: word(&source),
             title: title.to_owned(),
             description,
+            ..SourceDescription::default()
         };
         self.acting().into_iter().map(named).collect()
     }
 
-    fn trial(&self, seed: u64, acting: Acting) -> NamedTrial {
+    fn trial(&self, seed: u64, acting: Acting) -> Trial {
         match self.trial_with(&self.sources_of(acting), seed) {
-            Ok(found) => named(&found),
-            Err(error) => NamedTrial {
-                joint: Err(error.to_string()),
-                reference: Err(error.to_string()),
-            },
+            Ok(found) => judged(seed, found),
+            Err(error) => {
+                let reason = Reason::new("not_simulated", &error);
+                Trial {
+                    seed,
+                    paths: vec![Err(reason.clone()), Err(reason)],
+                }
+            }
         }
+    }
+
+    fn varied(&self, point: &Point) -> Result<Box<dyn Tried>, VaryError> {
+        Ok(Box::new(Self {
+            scenario: at(&self.scenario, point, &[], RailScenario::faults)?,
+            ..self.clone()
+        }))
     }
 }
 
-/// In degrees and metres.
-fn named(found: &RailTrial) -> NamedTrial {
-    let scale = |i: usize| match found.units[i] {
-        "rad" => 1.0_f64.to_degrees(),
-        _ => 1.0,
+fn judged(seed: u64, found: RailTrial) -> Trial {
+    let reason = |refusal: Option<String>| {
+        Reason::of_words(&refusal.unwrap_or_else(|| "no result".to_owned()))
     };
-    let errors = |values: &Vec<f64>| {
-        let each = values.iter().enumerate();
-        each.map(|(i, v)| v * scale(i)).collect::<Vec<f64>>()
-    };
-    let reason = || {
-        found
-            .refusal
-            .clone()
-            .unwrap_or_else(|| "no result".to_owned())
-    };
-    NamedTrial {
-        joint: found
-            .joint
-            .as_ref()
-            .map(|(values, covariance)| JointSaid {
-                error: errors(values),
-                covariance: covariance.map_with_location(|i, j, v| v * scale(i) * scale(j)),
-                variance_factor: found.variance_factor,
-            })
-            .ok_or_else(reason),
-        reference: found.reference.as_ref().map(errors).ok_or_else(|| {
-            found
-                .reference_refusal
-                .clone()
-                .unwrap_or_else(|| "no result".to_owned())
-        }),
-    }
+    let factor = found.variance_factor;
+    let joint = found.joint.map(|(error, covariance)| Said {
+        error,
+        covariance: Some(covariance),
+        variance_factor: factor,
+    });
+    let reference = found.reference.map(|error| Said {
+        error,
+        covariance: None,
+        variance_factor: None,
+    });
+    let paths = vec![
+        joint.ok_or_else(|| reason(found.refusal)),
+        reference.ok_or_else(|| reason(found.reference_refusal)),
+    ];
+    Trial { seed, paths }
 }

@@ -16,6 +16,7 @@ use crate::calibrate::seam::{
 };
 use crate::calibrate::tried::Tried;
 use crate::observe::usbl::Role;
+use crate::survey::schema::Key;
 
 /// An ultra-short baseline transducer against surveyed beacons.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +33,10 @@ impl Procedure for Usbl {
 
     fn demo(&self) -> String {
         DEMO.to_owned()
+    }
+
+    fn survey_keys(&self) -> &'static [Key] {
+        super::survey::file::UsblFile::KEYS
     }
 
     fn uses(&self) -> Uses {
@@ -124,12 +129,12 @@ impl ScenarioRun for UsblRun {
         })
     }
 
-    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
-        Ok(Some(Box::new(UsblTrials {
+    fn tried(&self) -> Result<Box<dyn Tried + '_>, InputError> {
+        Ok(Box::new(UsblTrials {
             scenario: self.read.scenario.clone(),
             reference: self.calibration.reference,
             joint: self.calibration.joint,
-        })))
+        }))
     }
 }
 

@@ -2,14 +2,17 @@
 
 use nalgebra::Matrix3;
 
-use super::joint::{JointOutcome, sought};
-use super::simulate::{Scenario, Source, Sources, Truth, simulate_with};
-use super::{JointConfig, ReferenceConfig, UsblInput, UsblOutcome, calibrate};
+use crate::adjust::Unit;
 use crate::calibrate::choices::Method;
-use crate::calibrate::quality::readable;
-use crate::calibrate::tried::{Acting, JointSaid, NamedTrial, Tried, word};
+use crate::calibrate::tried::{
+    Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath, word,
+};
+use crate::calibrate::vary::{Point, VaryError, at};
 use crate::geometry::rotation;
-use crate::results::{NamedParameter, NamedSource};
+use crate::procedures::usbl::joint::{JointOutcome, sought};
+use crate::procedures::usbl::simulate::{Scenario, Source, Sources, Truth, simulate_with};
+use crate::procedures::usbl::{JointConfig, ReferenceConfig, UsblInput, UsblOutcome, calibrate};
+use crate::results::SourceDescription;
 
 /// A USBL scenario and how it is calibrated.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +37,7 @@ impl UsblTrials {
     fn sources_of(&self, acting: Acting) -> Sources {
         let own = &self.scenario.sources;
         match acting {
-            Acting::All => own.clone(),
+            Acting::All | Acting::AllWithTrueTies => own.clone(),
             Acting::None => Sources::none(),
             Acting::Only(place) => {
                 let source = self.acting()[place].0;
@@ -80,31 +83,59 @@ impl Tried for UsblTrials {
         &self.scenario.name
     }
 
-    fn parameters(&self) -> Vec<NamedParameter> {
-        let parameter = |(name, unit): (&str, crate::adjust::Unit)| NamedParameter {
+    fn content(&self) -> Vec<u8> {
+        let unseeded = Scenario {
+            seed: 0,
+            ..self.scenario.clone()
+        };
+        serde_json::to_vec(&unseeded).unwrap_or_default()
+    }
+
+    fn check(&self) -> Result<(), String> {
+        match self.scenario.check() {
+            faults if faults.is_empty() => Ok(()),
+            faults => Err(format!("scenario: {}", faults.join("; "))),
+        }
+    }
+
+    fn configuration(&self) -> serde_json::Value {
+        serde_json::json!({ "reference": self.reference, "joint": self.joint })
+    }
+
+    fn parameters(&self) -> Vec<SoughtParameter> {
+        let parameter = |(name, unit): (&str, Unit)| SoughtParameter {
             name: name.to_owned(),
-            unit: readable(0.0, unit).1.to_owned(),
+            unit,
         };
         sought().into_iter().map(parameter).collect()
     }
 
-    fn sources(&self) -> Vec<NamedSource> {
-        let named = |(source, description): (Source, String)| NamedSource {
+    fn paths(&self) -> Vec<TriedPath> {
+        let path = |name| TriedPath {
+            name,
+            variant: String::new(),
+        };
+        ["joint", "reference"].map(path).into()
+    }
+
+    fn sources(&self) -> Vec<SourceDescription> {
+        let named = |(source, description): (Source, String)| SourceDescription {
             source: word(&source),
             title: source.describe().to_owned(),
             description,
+            ..SourceDescription::default()
         };
         self.acting().into_iter().map(named).collect()
     }
 
-    fn trial(&self, seed: u64, acting: Acting) -> NamedTrial {
-        let failed = |reason: String| NamedTrial {
-            joint: Err(reason.clone()),
-            reference: Err(reason),
+    fn trial(&self, seed: u64, acting: Acting) -> Trial {
+        let failed = |reason: Reason| Trial {
+            seed,
+            paths: vec![Err(reason.clone()), Err(reason)],
         };
         let survey = match simulate_with(&self.scenario, &self.sources_of(acting), seed) {
             Ok(survey) => survey,
-            Err(error) => return failed(error.to_string()),
+            Err(error) => return failed(Reason::new("not_simulated", &error)),
         };
         let input = UsblInput {
             campaign: &survey.campaign,
@@ -113,12 +144,22 @@ impl Tried for UsblTrials {
             joint: self.joint,
         };
         match calibrate(&input) {
-            Ok(outcome) => NamedTrial {
-                joint: of_joint(&outcome, &survey.truth),
-                reference: of_reference(&outcome, &survey.truth),
+            Ok(outcome) => Trial {
+                seed,
+                paths: vec![
+                    of_joint(&outcome, &survey.truth),
+                    of_reference(&outcome, &survey.truth),
+                ],
             },
-            Err(error) => failed(error.to_string()),
+            Err(error) => failed(Reason::new("not_run", &error)),
         }
+    }
+
+    fn varied(&self, point: &Point) -> Result<Box<dyn Tried>, VaryError> {
+        Ok(Box::new(Self {
+            scenario: at(&self.scenario, point, &[], Scenario::check)?,
+            ..self.clone()
+        }))
     }
 }
 
@@ -126,44 +167,37 @@ fn turn(found: &Matrix3<f64>, truth: &Truth) -> [f64; 3] {
     rotation::log(&(found * truth.rotation().transpose())).into()
 }
 
-/// Values in SI to the units of the parameters.
-fn shown(values: &[f64]) -> Vec<f64> {
-    let pairs = values.iter().zip(sought());
-    pairs.map(|(v, (_, unit))| readable(*v, unit).0).collect()
-}
-
-fn of_joint(outcome: &UsblOutcome, truth: &Truth) -> Result<JointSaid, String> {
+fn of_joint(outcome: &UsblOutcome, truth: &Truth) -> Result<Said, Reason> {
     if let Some(refusal) = &outcome.refusal {
-        return Err(refusal.to_string());
+        return Err(Reason::of_words(refusal));
     }
-    let found: &JointOutcome = outcome.joint.as_ref().ok_or("the path did not run")?;
+    let missing = || Reason::new("not_run", &"the path did not run");
+    let found: &JointOutcome = outcome.joint.as_ref().ok_or_else(missing)?;
     let mut error = turn(&found.rotation, truth).to_vec();
     error.extend((found.transducer_m - truth.transducer()).iter());
     error.push(found.scale - truth.range_scale);
-    let scale = shown(&vec![1.0; error.len()]);
-    let covariance = found
-        .covariance
-        .map_with_location(|i, j, v| v * scale[i] * scale[j]);
-    Ok(JointSaid {
-        error: shown(&error),
-        covariance,
-        variance_factor: found
-            .judgement
-            .as_ref()
-            .map(|j| j.quality.global.variance_factor),
+    let judged = found.judgement.as_ref();
+    Ok(Said {
+        error,
+        covariance: Some(found.covariance.clone()),
+        variance_factor: judged.map(|j| j.quality.global.variance_factor),
     })
 }
 
 /// The reference path takes the transducer as surveyed and ranges as they are.
-fn of_reference(outcome: &UsblOutcome, truth: &Truth) -> Result<Vec<f64>, String> {
+fn of_reference(outcome: &UsblOutcome, truth: &Truth) -> Result<Said, Reason> {
     match &outcome.reference {
         Some(Ok(found)) => {
             let mut error = turn(&found.rotation, truth).to_vec();
             error.extend((-truth.transducer()).iter());
             error.push(-truth.range_scale);
-            Ok(shown(&error))
+            Ok(Said {
+                error,
+                covariance: None,
+                variance_factor: None,
+            })
         }
-        Some(Err(reason)) => Err(reason.to_string()),
-        None => Err("the path did not run".to_owned()),
+        Some(Err(reason)) => Err(Reason::of_words(reason)),
+        None => Err(Reason::new("not_run", &"the path did not run")),
     }
 }

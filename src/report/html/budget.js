@@ -12,7 +12,7 @@ function buildHead() {
   if (together && together.trials) chips.push(chip(`joint path: ${grouped(together.usable)} usable`, together.usable === together.trials ? "good" : together.usable ? "warn" : "bad"));
   if (reported && reported.nees) {
     const n = reported.nees, inside = n.mean >= n.interval.lower && n.mean <= n.interval.upper;
-    chips.push(chip(`NEES ${digits(n.mean, 2)}: reported uncertainty ${inside ? "true" : "not true"} within chance`, inside ? "good" : "warn"));
+    chips.push(chip(`NEES ${digits(n.mean, 2)} of ${n.parameters}: reported uncertainty ${inside ? "true" : "not true"} within chance`, inside ? "good" : "warn"));
   }
   section("chips").append(...chips);
   section("footer").textContent = `${RESULT.software.name} ${RESULT.software.version}, first seed ${RESULT.first_seed}. The numbers of this page, in full precision, are in result.json beside it.`;
@@ -25,20 +25,21 @@ function agreementChip() {
 
 // TABLES
 
-const UNITS = PARAMETERS.map(p => number(`${p.key}, ${p.unit}`));
+const UNITS = SOUGHT.map(p => number(`${p.name}, ${p.unit}`));
 
-function sixCells(six, show = short) { return sixShown(six) ? sixShown(six).map(v => number(show(v))) : PARAMETERS.map(() => number("-")); }
+function cellsOf(six, show = short) { return shownOf(six) ? shownOf(six).map(v => number(show(v))) : SOUGHT.map(() => number("-")); }
 
-function withError(value, error) { const v = sixShown(value), e = sixShown(error); return v ? v.map((x, i) => number(e && e[i] > 0 ? withSigma(x, e[i]) : short(x))) : PARAMETERS.map(() => number("-")); }
+function withError(value, error) { const v = shownOf(value), e = shownOf(error); return v ? v.map((x, i) => number(e && e[i] > 0 ? withSigma(x, e[i]) : short(x))) : SOUGHT.map(() => number("-")); }
 
 function buildFigures() {
   const rows = RESULT.paths.flatMap(path => {
     const s = path.together, name = el("b", {}, pathName(path)), list = [];
-    if (s) list.push(["bias", ...withError(s.bias, s.bias_standard_error)], ["standard deviation", ...sixCells(s.standard_deviation)], ["root mean square", ...sixCells(s.rms)]);
-    if (s && s.reported) list.push(["reported standard deviation", ...sixCells(s.reported.standard_deviation)]);
-    if (path.predicted) list.push(["bias, propagated", ...sixCells(path.predicted.bias)], ["standard deviation, propagated", ...sixCells(path.predicted.standard_deviation)]);
-    if (path.bound) list.push(["Cramer-Rao bound", ...sixCells(path.bound)]);
-    if (path.efficiency) list.push(["efficiency", ...PARAMETERS.map(p => number(short(path.efficiency[p.key])))]);
+    if (s) list.push(["bias", ...withError(s.bias, s.bias_standard_error)], ["standard deviation", ...cellsOf(s.standard_deviation)], ["root mean square", ...cellsOf(s.rms)]);
+    if (s && s.reported) list.push(["reported standard deviation", ...cellsOf(s.reported.standard_deviation)]);
+    if (path.predicted) list.push(["bias, propagated", ...cellsOf(path.predicted.bias)], ["standard deviation, propagated", ...cellsOf(path.predicted.standard_deviation)]);
+    if (path.claimed) list.push(["stated before any trial", ...cellsOf(path.claimed)]);
+    if (path.bound) list.push(["Cramer-Rao bound", ...cellsOf(path.bound)]);
+    if (path.efficiency) list.push(["efficiency", ...SOUGHT.map((_, i) => number(short(path.efficiency[i])))]);
     return list.map((row, i) => [i ? "" : name, ...row]);
   });
   if (!rows.length) return;
@@ -53,17 +54,17 @@ function shareRows(path, of) {
     el("span", {}, titleOf(s.source), s.note && s.source !== "nothing" ? el("div", {}, el("small", {}, s.note)) : ""), way, ...of(s).map(v => number(v)), number(s.trials ? `${grouped(s.usable)} of ${grouped(s.trials)}` : "-")]));
 }
 
-const deviations = s => s.standard_deviation ? sixShown(s.standard_deviation).map(short) : null;
-const percents = s => s.share ? PARAMETERS.map(p => digits(100 * s.share[p.key], 1)) : null;
+const deviations = s => s.standard_deviation ? shownOf(s.standard_deviation).map(short) : null;
+const percents = s => s.share ? SOUGHT.map((_, i) => missing(s.share[i]) ? "-" : digits(100 * s.share[i], 1)) : null;
 
 function biasRows(path) {
-  return path.shares.filter(s => s.bias && Math.max(...sixShown(s.bias).map(Math.abs)) > 0).map(s => [titleOf(s.source), ORIGINS.find(o => o[0] === s.origin)[1], ...withError(s.bias, s.bias_standard_error)]);
+  return path.shares.filter(s => s.bias && Math.max(...shownOf(s.bias).map(Math.abs)) > 0).map(s => [titleOf(s.source), ORIGINS.find(o => o[0] === s.origin)[1], ...withError(s.bias, s.bias_standard_error)]);
 }
 
 function buildSourceTables() {
   const paths = RESULT.paths.filter(path => path.shares.length);
   if (!paths.length) return;
-  const heads = [["standard deviation", UNITS, deviations], ["share of the variance, %", PARAMETERS.map(p => number(p.key)), percents]];
+  const heads = [["standard deviation", UNITS, deviations], ["share of the variance, %", SOUGHT.map(p => number(p.name)), percents]];
   add("alone", "Source by source", paths.flatMap(path => [
     ...heads.flatMap(([words, columns, of]) => shareRows(path, of).length ? [el("h3", {}, `${pathName(path)}: ${words}`), table(["source", "way", ...columns, number("usable")], shareRows(path, of))] : []),
     ...(biasRows(path).length ? [el("h3", {}, `${pathName(path)}: bias`), table(["source", "way", ...UNITS], biasRows(path))] : [])]));
@@ -71,25 +72,27 @@ function buildSourceTables() {
 
 function buildSources() {
   if (!RESULT.sources.length) return;
-  const sizes = s => Object.entries(s.size).map(([key, value]) => el("div", { class: "mono" }, `${key} = ${value}`));
-  const defaults = s => Object.entries(s.default).map(([key, value]) => `${key} ${value}`).join(", ") || "-";
-  add("sources", "Sources that act", table(["source", "distribution", "size in this scenario", "default", "reference"], RESULT.sources.map(s => [el("b", {}, s.title), s.description, el("span", {}, sizes(s)), defaults(s), el("small", {}, s.reference)])));
+  const sizes = s => Object.entries(s.size || {}).map(([key, value]) => el("div", { class: "mono" }, `${key} = ${value}`));
+  const defaults = s => Object.entries(s.default || {}).map(([key, value]) => `${key} ${value}`).join(", ") || "-";
+  const columns = [["source", s => el("b", {}, s.title)], ["distribution", s => s.description], ["size in this scenario", s => el("span", {}, sizes(s)), s => sizes(s).length], ["default", defaults, s => defaults(s) !== "-"], ["reference", s => el("small", {}, s.reference), s => s.reference]];
+  const filled = columns.filter(([, , has]) => !has || RESULT.sources.some(has));
+  add("sources", "Sources that act", table(filled.map(([name]) => name), RESULT.sources.map(s => filled.map(([, of]) => of(s)))));
 }
 
 function buildAgreement() {
   const rows = RESULT.paths.flatMap(path => (path.agreement || []).map(a => [pathName(path), a.source === "together" ? "all together" : titleOf(a.source),
-    ...PARAMETERS.map(p => number(missing(a.variance_ratio[p.key]) ? "-" : `${digits(a.variance_ratio[p.key], 3)}${a.outside.includes(p.key) ? " !" : ""}`)),
+    ...SOUGHT.map(p => number(missing(a.variance_ratio[p.name]) ? "-" : `${digits(a.variance_ratio[p.name], 3)}${a.outside.includes(p.name) ? " !" : ""}`)),
     number(`${digits(a.interval.lower, 3)} to ${digits(a.interval.upper, 3)}`), a.note || ""]));
   if (!rows.length) return;
   const comparisons = RESULT.paths.flatMap(p => p.agreement || []).map(a => a.comparisons)[0];
-  add("agreement", "Analytic propagation against Monte Carlo", table(["path", "source", ...PARAMETERS.map(p => number(p.key)), number("interval"), "why, where they differ"], rows),
+  add("agreement", "Analytic propagation against Monte Carlo", table(["path", "source", ...SOUGHT.map(p => number(p.name)), number("interval"), "why, where they differ"], rows),
     note(`Variance of the trials by analytic variance. Interval: chi-square, for ${comparisons} comparisons at once (Sidak). An exclamation mark stands outside it.`));
 }
 
 function buildSweepTable() {
   const sweep = RESULT.sweep;
   if (!sweep) return;
-  const rows = sweep.points.flatMap(point => point.paths.map(s => [...point.values.map(v => number(String(v))), BUDGET_PATHS[s.path].name, number(`${s.usable} of ${s.trials}`), ...sixCells(s.rms), number(s.reported && s.reported.nees ? digits(s.reported.nees.mean, 2) : "-")]));
+  const rows = sweep.points.flatMap(point => point.paths.map(s => [...point.values.map(v => number(String(v))), BUDGET_PATHS[s.path].name, number(`${s.usable} of ${s.trials}`), ...cellsOf(s.rms), number(s.reported && s.reported.nees ? digits(s.reported.nees.mean, 2) : "-")]));
   add("sweep-table", "Sweep: root mean square error", table([...sweep.keys.map(number), "path", number("usable"), ...UNITS, number("NEES")], rows));
 }
 
@@ -112,6 +115,6 @@ function buildEnd() {
     note(`Scenario SHA-256 (without its seed): ${RESULT.scenario_sha256}`));
 }
 
-[buildHead, buildShares, buildTornado, buildSwath, buildSweep, buildHonesty, buildFigures, buildSourceTables, buildAgreement, buildSweepTable, buildSwathTable, buildSources, buildRefusals, buildEnd].forEach(build => build());
+[buildHead, buildShares, buildTornado, buildPaths, buildSwath, buildSweep, buildHonesty, buildFigures, buildSourceTables, buildAgreement, buildSweepTable, buildSwathTable, buildSources, buildRefusals, buildEnd].forEach(build => build());
 
 document.documentElement.dataset.ready = "yes";

@@ -8,7 +8,7 @@ const COVARIANCE_WORDS = { reported: "mean of what the path reports", errors: "e
 /** The paths that are drawn: the projected variant only where the configured one is missing. */
 function swathPaths() {
   const all = RESULT.swath.paths;
-  return all.filter(p => p.path !== "sequential_projected" || !all.some(q => q.path === "sequential"));
+  return all.filter(p => p.path !== "reference_projected" || !all.some(q => q.path === "reference"));
 }
 
 /** Limits not far above what is drawn; equal ones share a line. */
@@ -56,34 +56,34 @@ function buildSwath() {
 // SWEEP
 
 const SWEEP_LINES = [
-  { path: "sequential", name: "sequential: RMS error", colour: "#b45309", of: s => s.rms, dash: "" },
-  { path: "sequential", name: "sequential: standard deviation", colour: "#b45309", of: s => s.standard_deviation, dash: "2 3", thin: true },
-  { path: "sequential_projected", name: "sequential, projected: RMS error", colour: "#6d5bb0", of: s => s.rms, dash: "" },
+  { path: "reference", name: "reference: RMS error", colour: "#b45309", of: s => s.rms, dash: "" },
+  { path: "reference", name: "reference: standard deviation", colour: "#b45309", of: s => s.standard_deviation, dash: "2 3", thin: true },
+  { path: "reference_projected", name: "reference, projected: RMS error", colour: "#6d5bb0", of: s => s.rms, dash: "" },
   { path: "joint", name: "joint: RMS error", colour: "#0b63a5", of: s => s.rms, dash: "" },
   { path: "joint", name: "joint: standard deviation", colour: "#0b63a5", of: s => s.standard_deviation, dash: "2 3", thin: true },
   { path: "joint", name: "joint: what it reports", colour: "#1a7f4b", of: s => s.reported && s.reported.standard_deviation, dash: "7 4" },
-];
+].filter(line => RESULT.paths.some(p => p.path === line.path));
 
 function sweepCurves(sweep) {
   const x = abscissae(sweep.points.map(p => p.values[0]));
   const found = (line, i) => sweep.points.map((point, k) => {
-    const s = point.paths.find(p => p.path === line.path), six = s ? sixShown(line.of(s)) : null;
+    const s = point.paths.find(p => p.path === line.path), six = s ? shownOf(line.of(s)) : null;
     return [x.places[k], six ? six[i] : null];
   });
-  const all = PARAMETERS.map((_, i) => SWEEP_LINES.map(line => ({ ...line, points: found(line, i) })));
+  const all = SOUGHT.map((_, i) => SWEEP_LINES.map(line => ({ ...line, points: found(line, i) })));
   const spread = Math.max(...all.map(lines => { const v = lines.flatMap(l => l.points.map(p => p[1])).filter(y => y > 0); return v.length ? Math.max(...v) / Math.min(...v) : 1; }));
-  return PARAMETERS.map((parameter, i) => plot({ title: parameter.name, sub: parameter.unit, x: { label: sweep.keys[0], log: x.log, words: x.words }, y: { label: parameter.unit, log: spread >= 5, also: spread >= 5 ? [] : [0] }, series: all[i] }));
+  return SOUGHT.map((parameter, i) => plot({ title: parameter.name, sub: parameter.unit, x: { label: sweep.keys[0], log: x.log, words: x.words }, y: { label: parameter.unit, log: spread >= 5, also: spread >= 5 ? [] : [0] }, series: all[i] }));
 }
 
 function sweepMaps(sweep) {
   const distinct = k => { const list = []; for (const p of sweep.points) if (!list.includes(p.values[k])) list.push(p.values[k]); return list; };
   const rows = distinct(0), columns = distinct(1);
   const at = (path, i) => (r, c) => {
-    const point = sweep.points.find(p => p.values[0] === rows[r] && p.values[1] === columns[c]), s = point && point.paths.find(p => p.path === path), six = s ? sixShown(s.rms) : null;
+    const point = sweep.points.find(p => p.values[0] === rows[r] && p.values[1] === columns[c]), s = point && point.paths.find(p => p.path === path), six = s ? shownOf(s.rms) : null;
     return six ? six[i] : null;
   };
-  return PARAMETERS.flatMap((parameter, i) => {
-    const paths = ["joint", "sequential"], values = paths.flatMap(path => rows.flatMap((_, r) => columns.map((_, c) => at(path, i)(r, c)))).filter(v => v > 0);
+  return SOUGHT.flatMap((parameter, i) => {
+    const paths = ["joint", "reference"], values = paths.flatMap(path => rows.flatMap((_, r) => columns.map((_, c) => at(path, i)(r, c)))).filter(v => v > 0);
     return paths.map(path => pairMap({ title: `${parameter.name}, ${BUDGET_PATHS[path].name.toLowerCase()}`, sub: `RMS error, ${parameter.unit}`, rows, columns, value: at(path, i), low: Math.min(...values), high: Math.max(...values), name: sweep.keys[1] }));
   });
 }

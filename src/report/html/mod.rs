@@ -5,7 +5,7 @@
 
 use super::card::{Card, card};
 use super::headline::{SIGNIFICANCE, difference, headline};
-use crate::results::{AgainstTruth, BudgetResult, Calibration, NamedBudget, Page, PlanResult};
+use crate::results::{AgainstTruth, BudgetResult, Calibration, Page, PlanResult};
 use serde::Serialize;
 
 const STYLE: &str = include_str!("report.css");
@@ -26,22 +26,19 @@ const SHELL: [&str; 6] = [
 /// What runs last: builds the page from top to bottom.
 const MAIN: &str = include_str!("main.js");
 
-const BUDGET: [&str; 6] = [
+const BUDGET: [&str; 7] = [
     include_str!("elements.js"),
     include_str!("plots.js"),
+    include_str!("sought.js"),
     include_str!("shares.js"),
     include_str!("curves.js"),
     include_str!("honesty.js"),
     include_str!("budget.js"),
 ];
-const NAMED_BUDGET: [&str; 3] = [
+const PLAN: [&str; 4] = [
     include_str!("elements.js"),
     include_str!("plots.js"),
-    include_str!("named_budget.js"),
-];
-const PLAN: [&str; 3] = [
-    include_str!("elements.js"),
-    include_str!("plots.js"),
+    include_str!("sought.js"),
     include_str!("plan.js"),
 ];
 /// What the scripts of a bare page read.
@@ -56,19 +53,9 @@ struct Data<'a, R> {
 /// # Errors
 /// As [`render`].
 pub fn budget(result: &BudgetResult) -> serde_json::Result<String> {
-    let kind = "error budget of a calibration";
-    let headline = super::budget_headline(result);
-    bare(kind, &result.scenario, &headline, result, &BUDGET)
-}
-
-/// `report.html` of an error budget of named parameters.
-///
-/// # Errors
-/// As [`render`].
-pub fn named_budget(result: &NamedBudget) -> serde_json::Result<String> {
     let kind = format!("error budget of a {} calibration", result.procedure);
-    let headline = super::named_budget::headline(result);
-    bare(&kind, &result.scenario, &headline, result, &NAMED_BUDGET)
+    let headline = super::budget_headline(result);
+    bare(&kind, &result.scenario, &headline, result, &BUDGET)
 }
 
 /// `plan.html`.

@@ -1,9 +1,9 @@
 // The plan's page: what each pass gains, candidates compared, the courses from above, values compared, tables.
 
-const SIX = ["#2a6fbb", "#e07b00", "#2f9e5f", "#c0392b", "#7d4fb3", "#17a2a8"];
-const WANTED = sixShown(RESULT.wanted);
-const inWanted = six => { const shown = sixShown(six); return shown ? shown.map((v, i) => v / WANTED[i]) : null; };
-const parameterKeys = () => keys(PARAMETERS.map((p, i) => ({ name: p.name, colour: SIX[i], dash: "" })));
+const COLOURS = SOUGHT.map((_, i) => WHEEL[i % WHEEL.length]);
+const WANTED = shownOf(RESULT.wanted);
+const inWanted = six => { const shown = shownOf(six); return shown ? shown.map((v, i) => v / WANTED[i]) : null; };
+const parameterKeys = () => keys(SOUGHT.map((p, i) => ({ name: p.name, colour: COLOURS[i], dash: "" })));
 
 function buildHead() {
   section("version").textContent = RESULT.software.version;
@@ -20,8 +20,8 @@ function buildHead() {
 function buildGain() {
   const begin = RESULT.sailed.length, steps = [...(RESULT.sailed_standard_deviation ? [[begin, inWanted(RESULT.sailed_standard_deviation)]] : []), ...RESULT.chosen.map((step, k) => [begin + k + 1, inWanted(step.standard_deviation)])];
   if (!steps.length) return;
-  const series = PARAMETERS.map((p, i) => ({ name: p.name, colour: SIX[i], points: steps.map(([n, six]) => [n, six[i]]) }));
-  const floor = inWanted(RESULT.floor), levels = (floor || []).flatMap((f, i) => f > 0.02 ? [{ colour: SIX[i], dash: "3 4", thin: true, dots: false, points: [[steps[0][0], f], [steps[steps.length - 1][0], f]] }] : []);
+  const series = SOUGHT.map((p, i) => ({ name: p.name, colour: COLOURS[i], points: steps.map(([n, six]) => [n, six[i]]) }));
+  const floor = inWanted(RESULT.floor), levels = (floor || []).flatMap((f, i) => f > 0.02 ? [{ colour: COLOURS[i], dash: "3 4", thin: true, dots: false, points: [[steps[0][0], f], [steps[steps.length - 1][0], f]] }] : []);
   add("gain", "Standard deviations with the number of passes", parameterKeys(),
     plot({ title: "In units of what is wanted", x: { label: "passes in all", whole: true }, y: { label: "sigma by wanted sigma", log: true }, series: [...levels, ...series], marks: [{ y: 1, name: "wanted" }], width: 860, height: 340 }),
     note("Each pass is the best of the candidates at its place. Dotted: what no number of these passes goes below", floor && floor.every(f => f <= 0.02) ? " (here too low to be drawn)." : "."));
@@ -29,7 +29,7 @@ function buildGain() {
 
 // CANDIDATES
 
-const OFFERED = RESULT.candidates.map((c, k) => ({ pass: c.pass, six: sixShown(c.standard_deviation_if_next), k })).filter(c => c.six);
+const OFFERED = RESULT.candidates.map((c, k) => ({ pass: c.pass, six: shownOf(c.standard_deviation_if_next), k })).filter(c => c.six);
 const differ = of => new Set(RESULT.candidates.map(c => of(c.pass))).size > 1;
 
 /** Only what tells the candidates apart. */
@@ -47,10 +47,10 @@ function notOffered() {
 
 function candidateBars(parameter, i) {
   const rows = OFFERED.map(({ pass, six, k }) => ({ name: shortName(pass), six, k })), chosen = RESULT.chosen.length ? RESULT.chosen[0].candidate : -1;
-  const sailed = sixShown(RESULT.sailed_standard_deviation), width = 380, left = Math.max(60, 6.3 * Math.max(...rows.map(r => r.name.length)) + 10), right = 44, row = 17, top = 4, bottom = top + row * rows.length;
+  const sailed = shownOf(RESULT.sailed_standard_deviation), width = 380, left = Math.max(60, 6.3 * Math.max(...rows.map(r => r.name.length)) + 10), right = 44, row = 17, top = 4, bottom = top + row * rows.length;
   const values = rows.filter(r => r.six).map(r => r.six[i]), end = 1.05 * Math.max(...values, sailed ? sailed[i] : 0, 1e-12), at = v => left + v / end * (width - left - right);
   const bars = rows.flatMap((r, k) => [text(left - 6, top + (k + 0.5) * row + 4, r.name, { "text-anchor": "end", style: `font-size:11px${r.k === chosen ? ";font-weight:700" : ""}` }),
-    svg("rect", { x: left, y: top + k * row + 3, width: Math.max(0.5, at(r.six[i]) - left), height: row - 5, fill: SIX[i], "fill-opacity": r.k === chosen ? 1 : 0.5 }),
+    svg("rect", { x: left, y: top + k * row + 3, width: Math.max(0.5, at(r.six[i]) - left), height: row - 5, fill: COLOURS[i], "fill-opacity": r.k === chosen ? 1 : 0.5 }),
     text(at(r.six[i]) + 4, top + (k + 0.5) * row + 4, short(r.six[i]), { class: "soft", style: "font-size:11px" })]);
   const lines = [[WANTED[i], "#1a7f4b"], ...(sailed ? [[sailed[i], "#5b6b78"]] : [])].filter(([v]) => v <= end).map(([v, colour]) => svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "5 3" }));
   return el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  sigma, ${parameter.unit}`)), picture(width, bottom + 6, `candidates, ${parameter.name}`, bars, lines));
@@ -59,7 +59,7 @@ function candidateBars(parameter, i) {
 function buildCandidates() {
   if (!RESULT.candidates.length) return;
   add("candidates", "If one of the candidates were sailed next", keys([{ name: "chosen", colour: "#2a6fbb" }, { name: "wanted", colour: "#1a7f4b", dash: "5 3" }, ...(RESULT.sailed_standard_deviation ? [{ name: "with what is sailed", colour: "#5b6b78", dash: "5 3" }] : [])]),
-    OFFERED.length ? el("div", { class: "grid3" }, PARAMETERS.map(candidateBars)) : [], notOffered());
+    OFFERED.length ? el("div", { class: "grid3" }, SOUGHT.map(candidateBars)) : [], notOffered());
 }
 
 // COURSES FROM ABOVE
@@ -104,12 +104,12 @@ function buildVariations() {
   if (!all) return;
   const single = all.keys.length === 1, home = add("variations", `The scenario's own passes with other values of ${all.keys.join(" and ")}`);
   if (single) {
-    const x = abscissae(all.points.map(p => p.values[0])), series = PARAMETERS.map((p, i) => ({ colour: SIX[i], points: all.points.map((point, k) => [x.places[k], point.standard_deviation ? inWanted(point.standard_deviation)[i] : null]) }));
+    const x = abscissae(all.points.map(p => p.values[0])), series = SOUGHT.map((p, i) => ({ colour: COLOURS[i], points: all.points.map((point, k) => [x.places[k], point.standard_deviation ? inWanted(point.standard_deviation)[i] : null]) }));
     home.append(parameterKeys(), plot({ title: "In units of what is wanted", x: { label: all.keys[0], log: x.log, words: x.words }, y: { label: "sigma by wanted sigma", log: true }, series, marks: [{ y: 1, name: "wanted" }], width: 860, height: 340 }));
   } else {
     const distinct = k => all.points.map(p => p.values[k]).filter((v, i, list) => list.indexOf(v) === i), rows = distinct(0), columns = distinct(1);
-    const value = i => (r, c) => { const point = all.points.find(p => p.values[0] === rows[r] && p.values[1] === columns[c]); return point && point.standard_deviation ? sixShown(point.standard_deviation)[i] : null; };
-    home.append(note(`Rows: ${all.keys[0]}; columns: ${all.keys[1]}.`), el("div", { class: "grid3" }, PARAMETERS.map((p, i) => { const found = rows.flatMap((_, r) => columns.map((_, c) => value(i)(r, c))).filter(v => v > 0); return pairMap({ title: p.name, sub: `sigma, ${p.unit}`, rows, columns, value: value(i), low: Math.min(...found), high: Math.max(...found), name: all.keys[1] }); })));
+    const value = i => (r, c) => { const point = all.points.find(p => p.values[0] === rows[r] && p.values[1] === columns[c]); return point && point.standard_deviation ? shownOf(point.standard_deviation)[i] : null; };
+    home.append(note(`Rows: ${all.keys[0]}; columns: ${all.keys[1]}.`), el("div", { class: "grid3" }, SOUGHT.map((p, i) => { const found = rows.flatMap((_, r) => columns.map((_, c) => value(i)(r, c))).filter(v => v > 0); return pairMap({ title: p.name, sub: `sigma, ${p.unit}`, rows, columns, value: value(i), low: Math.min(...found), high: Math.max(...found), name: all.keys[1] }); })));
   }
   home.append(note("These cannot be mixed in one survey, so they are compared, not combined."),
     table([...all.keys.map(number), ...UNITS, ""], all.points.map(p => [...p.values.map(v => number(String(v))), ...cells(p.standard_deviation), p.refusal || ""])));
@@ -117,8 +117,8 @@ function buildVariations() {
 
 // TABLES
 
-const UNITS = PARAMETERS.map(p => number(`${p.key}, ${p.unit}`));
-const cells = six => { const shown = sixShown(six); return shown ? shown.map(v => number(short(v))) : PARAMETERS.map(() => number("-")); };
+const UNITS = SOUGHT.map(p => number(`${p.name}, ${p.unit}`));
+const cells = six => { const shown = shownOf(six); return shown ? shown.map(v => number(short(v))) : SOUGHT.map(() => number("-")); };
 
 function buildTables() {
   const pass = p => [p.name, number(`${short(p.from_m)} to ${short(p.to_m)}`)];

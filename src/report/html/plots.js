@@ -1,17 +1,7 @@
 // Plots that the budget's and the plan's page share.
 
-/** The three paths of a budget. */
-const BUDGET_PATHS = {
-  joint: { name: "Joint", colour: "#0b63a5" },
-  sequential: { name: "Sequential", colour: "#b45309" },
-  sequential_projected: { name: "Sequential, projected", colour: "#6d5bb0" },
-};
-
 /** Colours of things without an order. */
 const WHEEL = ["#2a6fbb", "#e07b00", "#2f9e5f", "#c0392b", "#7d4fb3", "#8c6239", "#d64f96", "#17a2a8", "#a3a300", "#4b5bd1", "#e0a899", "#6f8f3a", "#1f4e5f", "#b08bd6"];
-
-/** Six figures of a result as numbers in the units shown, in the parameters' order; null where there are none. */
-function sixShown(six) { return six ? PARAMETERS.map(p => six[p.sigma] * (p.angle ? 1 : 1e3)) : null; }
 
 /** A section that is made when it has something to show. */
 function add(id, heading, ...children) {

@@ -7,13 +7,13 @@ TITLES.remainder = "remainder (together minus the sum)";
 TITLES.interaction = "interaction of the sources";
 TITLES.nothing = "the method itself, without any source";
 const titleOf = source => TITLES[source] || source.replaceAll("_", " ");
-const pathName = path => BUDGET_PATHS[path.path].name + (path.variant && path.path === "sequential" ? ` (${path.variant})` : "");
+const pathName = path => BUDGET_PATHS[path.path].name + (path.variant && path.path === "reference" ? ` (${path.variant})` : "");
 
 /** Shares of a path by one way, without what is no source. */
 function sourcesOf(path, origin) { return path.shares.filter(s => s.origin === origin && !APART.includes(s.source)); }
 
 function largestShare(source) {
-  return Math.max(0, ...RESULT.paths.flatMap(path => path.shares.filter(s => s.source === source && s.share)).flatMap(s => PARAMETERS.map(p => s.share[p.key])));
+  return Math.max(0, ...RESULT.paths.flatMap(path => path.shares.filter(s => s.source === source && s.share)).flatMap(s => s.share.map(v => v || 0)));
 }
 
 /** Sources from the largest share to the smallest; those that reach 2 % of something have a colour of their own. */
@@ -26,7 +26,7 @@ const REST = "#eceff1";
 /** The parts of one bar from left to right: [colour, size, words]. */
 function barParts(path, origin, parameter) {
   const shares = path.shares.filter(s => s.origin === origin && s.share);
-  const size = source => { const found = shares.find(s => s.source === source); return found ? found.share[parameter.key] : 0; };
+  const size = source => { const found = shares.find(s => s.source === source); return found ? found.share[parameter.index] || 0 : 0; };
   const own = Object.keys(COLOURS).map(source => [COLOURS[source], size(source), titleOf(source)]);
   const others = RANKED.filter(([source]) => !COLOURS[source]).reduce((sum, [source]) => sum + size(source), 0);
   return [...own, [OTHERS, others, "smaller sources"], [REST, size("remainder"), titleOf("remainder")]].filter(part => part[1] > 0);
@@ -35,12 +35,12 @@ function barParts(path, origin, parameter) {
 function stackedBars(path) {
   const ways = ORIGINS.filter(([origin]) => path.shares.some(s => s.origin === origin && s.share && !APART.includes(s.source)));
   if (!ways.length) return [];
-  const bar = 15, row = ways.length * (bar + 3) + 12, left = 48, width = 380, right = 26, top = 4, bottom = top + row * 6;
-  const end = Math.max(1, ...PARAMETERS.flatMap(p => ways.map(([origin]) => barParts(path, origin, p).reduce((sum, part) => sum + part[1], 0))));
+  const bar = 15, row = ways.length * (bar + 3) + 12, left = Math.max(48, NAME_WIDTH), width = left + 332, right = 26, top = 4, bottom = top + row * SOUGHT.length;
+  const end = Math.max(1, ...SOUGHT.flatMap(p => ways.map(([origin]) => barParts(path, origin, p).reduce((sum, part) => sum + part[1], 0))));
   const at = v => left + v / end * (width - left - right);
   const grid = ticks(0, end, 5).flatMap(v => [svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: v === 1 ? "#5b6b78" : INK.line }),
     text(at(v), bottom + 15, `${Math.round(100 * v)} %`, { "text-anchor": "middle", class: "soft" })]);
-  const bars = PARAMETERS.flatMap((parameter, i) => [text(left - 7, top + (i + 0.5) * row + 1, parameter.key, { "text-anchor": "end" }),
+  const bars = SOUGHT.flatMap((parameter, i) => [text(left - 7, top + (i + 0.5) * row + 1, parameter.name, { "text-anchor": "end" }),
     ...ways.flatMap(([origin, way], k) => {
       let from = 0;
       const y = top + i * row + 5 + k * (bar + 3);
@@ -68,10 +68,11 @@ function buildShares() {
 /** What one source does to one parameter by a path: simulated where it was, analytic otherwise. */
 function effect(path, source, i) {
   const found = ["monte_carlo", "analytic"].map(origin => path.shares.find(s => s.source === source && s.origin === origin)).find(s => s && s.standard_deviation);
-  return found ? { sigma: sixShown(found.standard_deviation)[i], bias: found.bias ? sixShown(found.bias)[i] : 0, origin: found.origin } : null;
+  const sigma = found ? shownOf(found.standard_deviation)[i] : null;
+  return missing(sigma) ? null : { sigma, bias: found.bias ? shownOf(found.bias)[i] || 0 : 0, origin: found.origin };
 }
 
-const TORNADO_PATHS = RESULT.paths.filter(path => ["joint", RESULT.paths.some(p => p.path === "sequential" && p.shares.some(s => s.standard_deviation)) ? "sequential" : "sequential_projected"].includes(path.path));
+const TORNADO_PATHS = RESULT.paths.filter(path => ["joint", RESULT.paths.some(p => p.path === "reference" && p.shares.some(s => s.standard_deviation)) ? "reference" : "reference_projected"].includes(path.path));
 
 function tornado(parameter, i) {
   const rows = RANKED.map(([source]) => ({ source, effects: TORNADO_PATHS.map(path => effect(path, source, i)) })).filter(row => row.effects.some(e => e));
@@ -101,7 +102,7 @@ function label(words, right, y) {
 }
 
 function buildTornado() {
-  const figures = PARAMETERS.flatMap(tornado);
+  const figures = SOUGHT.flatMap(tornado);
   if (!figures.length) return;
   add("tornado", "Largest effects on each parameter", keys([...TORNADO_PATHS.map(path => ({ name: pathName(path), colour: BUDGET_PATHS[path.path].colour })), { name: "bias", colour: "#1c2730", diamond: true }]),
     el("div", { class: "grid3" }, figures), note("Each source acting alone: one standard deviation to both sides, and the mean error that it adds. Simulated where it was simulated, analytic otherwise."));

@@ -3,38 +3,43 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::keys::{
+    COORDINATE, LEVER_ARM, PROCEDURES, SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M, SIGMA_M_OR_NONE,
+};
 use crate::geometry::Ellipsoid;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{LaserCoordinates, LaserNoise, MountingSigma, SonarNoise, TrajectoryNoise};
 use crate::procedures::pool::{JointConfig, SequentialConfig};
+use crate::survey::limits::{DURATION, ELLIPSOID, OFFSET_S, OUTSIDE, SPEED, TURN};
+use crate::survey::schema::Kind;
+use crate::survey::section::section;
 use crate::survey::sections::{MountingAngles, Origin, OutsideRule, UtmZone};
 use crate::units::radians;
 
-/// A survey file. Written as JSON or TOML again it shows every value as it took effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SurveyFile {
-    /// Name for reports.
-    pub name: String,
-    /// Which calibration.
-    pub procedure: Procedure,
-    /// The target and where it is believed to stand.
-    pub target: TargetSection,
-    /// The INS.
-    pub trajectory: TrajectorySection,
-    /// The laser scanner.
-    pub lidar: LidarSection,
-    /// The multibeam.
-    pub multibeam: MultibeamSection,
-    /// The water, needed for travel times.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sound_speed: Option<SoundSpeedSection>,
-    /// The reference path.
-    #[serde(default)]
-    pub sequential: SequentialConfig,
-    /// The joint path.
-    #[serde(default)]
-    pub joint: JointConfig,
+section! {
+    /// A survey file. Written as JSON or TOML again it shows every value as it took effect.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct SurveyFile {
+        /// Name for reports.
+        name: String = required, Kind::Text;
+        /// Which calibration.
+        procedure: Procedure = required, Kind::OneOf(PROCEDURES);
+        /// The target and where it is believed to stand.
+        target: TargetSection = required, Kind::Table(TargetSection::KEYS);
+        /// The INS.
+        trajectory: TrajectorySection = required, Kind::Table(TrajectorySection::KEYS);
+        /// The laser scanner.
+        lidar: LidarSection = required, Kind::Table(LidarSection::KEYS);
+        /// The multibeam.
+        multibeam: MultibeamSection = required, Kind::Table(MultibeamSection::KEYS);
+        /// The water, needed for travel times.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        sound_speed: Option<SoundSpeedSection> = or (None), Kind::Table(SoundSpeedSection::KEYS);
+        /// The reference path.
+        sequential: SequentialConfig = or (SequentialConfig::default()), Kind::Table(SequentialConfig::KEYS);
+        /// The joint path.
+        joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+    }
 }
 
 /// Procedures that are built.
@@ -45,22 +50,21 @@ pub enum Procedure {
     Pool,
 }
 
-/// `[target]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TargetSection {
-    /// Path of the target file.
-    pub model: String,
-    /// Ellipsoid of every geodetic coordinate; WGS84.
-    #[serde(default)]
-    pub ellipsoid: Ellipsoid,
-    /// Believed origin of the target frame.
-    pub origin: Origin,
-    /// Believed azimuth of the +Y axis, degrees.
-    pub azimuth_deg: f64,
-    /// Height of the water level in the target frame, metres; 0.
-    #[serde(default)]
-    pub water_level_m: f64,
+section! {
+    /// `[target]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct TargetSection {
+        /// Path of the target file.
+        model: String = required, Kind::Text;
+        /// Ellipsoid of every geodetic coordinate; WGS84.
+        ellipsoid: Ellipsoid = or (Ellipsoid::default()), ELLIPSOID;
+        /// Believed origin of the target frame.
+        origin: Origin = required, Kind::Table(Origin::KEYS);
+        /// Believed azimuth of the +Y axis, degrees.
+        azimuth_deg: f64 = required, Kind::Number(TURN);
+        /// Height of the water level in the target frame, metres; 0.
+        water_level_m: f64 = or (0.0), Kind::Number(COORDINATE);
+    }
 }
 
 impl TargetSection {
@@ -75,44 +79,31 @@ impl TargetSection {
     }
 }
 
-/// `[trajectory]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TrajectorySection {
-    /// Path of the trajectory file.
-    pub path: String,
-    /// White position noise per record and axis, metres.
-    pub position_sigma_m: f64,
-    /// Gauss-Markov position drift per axis, metres; 0.
-    #[serde(default)]
-    pub position_drift_sigma_m: f64,
-    /// Correlation time of the drift, seconds; 60.
-    #[serde(default = "sixty_seconds")]
-    pub drift_correlation_time_s: f64,
-    /// White roll and pitch noise per record, degrees.
-    pub roll_pitch_sigma_deg: f64,
-    /// White heading noise per record, degrees.
-    pub heading_sigma_deg: f64,
-    /// Gauss-Markov heading error, degrees; 0.
-    #[serde(default)]
-    pub heading_drift_sigma_deg: f64,
-    /// Longest interval that is interpolated, seconds; 1.
-    #[serde(default = "one_second")]
-    pub max_gap_s: f64,
-    /// What to do with observations that have no position; error.
-    #[serde(default)]
-    pub outside: OutsideRule,
-    /// Added to the stamps, seconds; 0.
-    #[serde(default)]
-    pub time_offset_s: f64,
-}
-
-fn sixty_seconds() -> f64 {
-    60.0
-}
-
-fn one_second() -> f64 {
-    1.0
+section! {
+    /// `[trajectory]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct TrajectorySection {
+        /// Path of the trajectory file.
+        path: String = required, Kind::Text;
+        /// White position noise per record and axis, metres.
+        position_sigma_m: f64 = required, Kind::Number(SIGMA_M_OR_NONE);
+        /// Gauss-Markov position drift per axis, metres; 0.
+        position_drift_sigma_m: f64 = or (0.0), Kind::Number(SIGMA_M_OR_NONE);
+        /// Correlation time of the drift, seconds; 60.
+        drift_correlation_time_s: f64 = or (60.0), Kind::Number(DURATION);
+        /// White roll and pitch noise per record, degrees.
+        roll_pitch_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG_OR_NONE);
+        /// White heading noise per record, degrees.
+        heading_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG_OR_NONE);
+        /// Gauss-Markov heading error, degrees; 0.
+        heading_drift_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
+        /// Longest interval that is interpolated, seconds; 1.
+        max_gap_s: f64 = or (1.0), Kind::Number(DURATION);
+        /// What to do with observations that have no position; error.
+        outside: OutsideRule = or (OutsideRule::default()), OUTSIDE;
+        /// Added to the stamps, seconds; 0.
+        time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
+    }
 }
 
 impl TrajectorySection {
@@ -145,42 +136,36 @@ pub enum CoordinatesName {
     Utm,
 }
 
-/// `[lidar]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LidarSection {
-    /// Path of the points.
-    pub path: String,
-    /// Frame of the points; sensor.
-    #[serde(default)]
-    pub coordinates: CoordinatesName,
-    /// Zone of UTM coordinates.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub utm_zone: Option<UtmZone>,
-    /// Scanner origin in the body (right, forward, up), metres; needed in the sensor frame, else zero.
-    #[serde(default)]
-    pub lever_arm_m: [f64; 3],
-    /// Mounting angles; needed in the sensor frame, else zero.
-    #[serde(default)]
-    pub mounting_deg: MountingAngles,
-    /// Range noise, metres; needed in the sensor frame, else zero.
-    #[serde(default)]
-    pub range_sigma_m: f64,
-    /// Angle noise in the scanner's plane, degrees; needed in the sensor frame, else zero.
-    #[serde(default)]
-    pub angle_sigma_deg: f64,
-    /// Noise of georeferenced points, metres; needed outside the sensor frame, else zero.
-    #[serde(default)]
-    pub point_sigma_m: f64,
-    /// Uncertainty of the mounting about the body's x, y, z axes (pitch, roll, yaw), degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mounting_sigma_deg: Option<[f64; 3]>,
-    /// Uncertainty of the lever arm, metres.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lever_arm_sigma_m: Option<[f64; 3]>,
-    /// Added to the stamps, seconds; 0.
-    #[serde(default)]
-    pub time_offset_s: f64,
+section! {
+    /// `[lidar]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct LidarSection {
+        /// Path of the points.
+        path: String = required, Kind::Text;
+        /// Frame of the points; sensor.
+        coordinates: CoordinatesName = or (CoordinatesName::default()), Kind::OneOf(&["sensor", "target", "geocentric", "utm"]);
+        /// Zone of UTM coordinates.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        utm_zone: Option<UtmZone> = or (None), Kind::UtmZone;
+        /// Scanner origin in the body (right, forward, up), metres; needed in the sensor frame, else zero.
+        lever_arm_m: [f64; 3] = or ([0.0; 3]), Kind::Triple(LEVER_ARM);
+        /// Mounting angles; needed in the sensor frame, else zero.
+        mounting_deg: MountingAngles = or (MountingAngles::default()), Kind::Table(MountingAngles::KEYS);
+        /// Range noise, metres; needed in the sensor frame, else zero.
+        range_sigma_m: f64 = or (0.0), Kind::Number(SIGMA_M);
+        /// Angle noise in the scanner's plane, degrees; needed in the sensor frame, else zero.
+        angle_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
+        /// Noise of georeferenced points, metres; needed outside the sensor frame, else zero.
+        point_sigma_m: f64 = or (0.0), Kind::Number(SIGMA_M);
+        /// Uncertainty of the mounting about the body's x, y, z axes (pitch, roll, yaw), degrees.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        mounting_sigma_deg: Option<[f64; 3]> = or (None), Kind::Triple(SIGMA_DEG);
+        /// Uncertainty of the lever arm, metres.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lever_arm_sigma_m: Option<[f64; 3]> = or (None), Kind::Triple(SIGMA_M);
+        /// Added to the stamps, seconds; 0.
+        time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
+    }
 }
 
 impl LidarSection {
@@ -222,26 +207,25 @@ impl LidarSection {
     }
 }
 
-/// `[multibeam]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MultibeamSection {
-    /// Path of the soundings.
-    pub path: String,
-    /// Nominal sonar origin in the body (right, forward, up), metres.
-    pub lever_arm_m: [f64; 3],
-    /// Nominal mounting angles.
-    pub mounting_deg: MountingAngles,
-    /// Range noise, metres.
-    pub range_sigma_m: f64,
-    /// Across-track angle noise, degrees.
-    pub angle_sigma_deg: f64,
-    /// Along-track angle noise, degrees; 0.
-    #[serde(default)]
-    pub along_angle_sigma_deg: f64,
-    /// Added to the stamps, seconds; 0.
-    #[serde(default)]
-    pub time_offset_s: f64,
+section! {
+    /// `[multibeam]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct MultibeamSection {
+        /// Path of the soundings.
+        path: String = required, Kind::Text;
+        /// Nominal sonar origin in the body (right, forward, up), metres.
+        lever_arm_m: [f64; 3] = required, Kind::Triple(LEVER_ARM);
+        /// Nominal mounting angles.
+        mounting_deg: MountingAngles = required, Kind::Table(MountingAngles::KEYS);
+        /// Range noise, metres.
+        range_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+        /// Across-track angle noise, degrees.
+        angle_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+        /// Along-track angle noise, degrees; 0.
+        along_angle_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
+        /// Added to the stamps, seconds; 0.
+        time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
+    }
 }
 
 impl MultibeamSection {
@@ -256,14 +240,15 @@ impl MultibeamSection {
     }
 }
 
-/// `[sound_speed]`: one of the two.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SoundSpeedSection {
-    /// One speed everywhere, metres per second.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub speed_m_s: Option<f64>,
-    /// Path of a profile.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub profile: Option<String>,
+section! {
+    /// `[sound_speed]`: one of the two.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    pub struct SoundSpeedSection {
+        /// One speed everywhere, metres per second.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        speed_m_s: Option<f64> = or (None), Kind::Number(SPEED);
+        /// Path of a profile.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        profile: Option<String> = or (None), Kind::Text;
+    }
 }

@@ -4,7 +4,7 @@
 
 pub mod claims;
 pub mod file;
-mod keys;
+pub(crate) mod keys;
 pub mod load;
 mod observations;
 mod rules;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::file::SurveyFile;
 use super::keys;
 use crate::survey::document::Document;
 use crate::survey::problem::Problem;
@@ -13,7 +14,7 @@ pub(crate) fn survey_problems(document: &Document<'_>, folder: Option<&Path>) ->
     if let Some(problem) = other_procedure(document) {
         return vec![problem];
     }
-    let mut problems = schema::check(document, keys::SURVEY);
+    let mut problems = schema::check(document, SurveyFile::KEYS);
     problems.extend(lidar_problems(document));
     problems.extend(sound_speed_problems(document));
     if let Some(folder) = folder {

@@ -1,23 +1,25 @@
 //! Scenario files: a survey file's keys plus what only the simulator needs; read with every fault named at once.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
-use super::keys;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
 use crate::simulate::scenario::complaint;
 use crate::survey::document::Document;
 use crate::survey::problem::ScenarioError;
 use crate::survey::procedure::OF_SCENARIO;
-use crate::survey::schema;
+use crate::survey::schema::{self, Kind};
+use crate::survey::section::section;
 
 /// A scenario, and what it says of the survey files and the calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenarioFile {
+    /// The file, for messages.
+    pub file: PathBuf,
     /// What is simulated.
     pub scenario: Scenario,
     /// Name of the trajectory file to write: `.csv`, `.out` or `.sbet`.
@@ -59,14 +61,16 @@ pub fn from_text(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError>
     parse(file, text, |_| Err(absent()))
 }
 
-/// The sections `[sequential]` and `[joint]` with every default.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Calibration {
-    /// The reference path.
-    pub sequential: SequentialConfig,
-    /// The joint path.
-    pub joint: JointConfig,
+section! {
+    #[settings]
+    /// The sections `[sequential]` and `[joint]` with every default.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct Calibration {
+        /// The reference path.
+        sequential: SequentialConfig = or (SequentialConfig::default()), Kind::Table(SequentialConfig::KEYS);
+        /// The joint path.
+        joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+    }
 }
 
 impl ScenarioFile {
@@ -82,7 +86,7 @@ impl ScenarioFile {
         };
         let document = Document::parse(file, &text)
             .map_err(|problems| error(problems.iter().map(|p| p.found.clone()).collect()))?;
-        let problems = schema::check(&document, keys::CALIBRATION);
+        let problems = schema::check(&document, Calibration::KEYS);
         if !problems.is_empty() {
             // lines would be those of the sections alone
             let key = |place: &str| place.split_once(", ").map_or("", |(_, key)| key).to_owned();
@@ -147,6 +151,7 @@ fn parse(
         "trajectory.csv"
     };
     Ok(ScenarioFile {
+        file: file.to_owned(),
         trajectory: trajectory.unwrap_or_else(|| recorded.to_owned()),
         lidar,
         multibeam,

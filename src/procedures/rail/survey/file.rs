@@ -1,115 +1,119 @@
 //! A rail survey file as types.
 
 use nalgebra::{Vector2, Vector3};
-use serde::{Deserialize, Serialize};
 
+use super::keys::{NAMES, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE};
 use crate::observe::{AttitudeNoise, Profiler, Stand};
 use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
+use crate::survey::schema::Kind;
+use crate::survey::section::section;
 use crate::survey::sections::MountingAngles;
 use crate::units::radians;
 
-/// A survey file. Written as JSON or TOML again it shows every value as it took effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RailSurveyFile {
-    /// Name for reports.
-    pub name: String,
-    /// Always `rail`.
-    pub procedure: String,
-    /// The rail.
-    pub rail: RailSection,
-    /// The profiles.
-    pub profiles: ProfilesSection,
-    /// The INS.
-    pub attitude: AttitudeSection,
-    /// The table.
-    pub table: TableSection,
-    /// The profilers, in the order of their numbers in the profiles file.
-    pub profiler: Vec<ProfilerSection>,
-    /// The reference path.
-    #[serde(default)]
-    pub reference: RailReferenceConfig,
-    /// The joint path.
-    #[serde(default)]
-    pub joint: RailJointConfig,
+section! {
+    /// A survey file. Written as JSON or TOML again it shows every value as it took effect.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct RailSurveyFile {
+        /// Name for reports.
+        name: String = required, Kind::Text;
+        /// Always `rail`.
+        procedure: String = required, Kind::OneOf(NAMES);
+        /// The rail.
+        rail: RailSection = required, Kind::Table(RailSection::KEYS);
+        /// The profiles.
+        profiles: ProfilesSection = required, Kind::Table(ProfilesSection::KEYS);
+        /// The INS.
+        attitude: AttitudeSection = required, Kind::Table(AttitudeSection::KEYS);
+        /// The table.
+        table: TableSection = required, Kind::Table(TableSection::KEYS);
+        /// The profilers, in the order of their numbers in the profiles file.
+        profiler: Vec<ProfilerSection> = required, Kind::Tables(ProfilerSection::KEYS);
+        /// The reference path.
+        reference: RailReferenceConfig = or (RailReferenceConfig::default()), Kind::Table(RailReferenceConfig::KEYS);
+        /// The joint path.
+        joint: RailJointConfig = or (RailJointConfig::default()), Kind::Table(RailJointConfig::KEYS);
+    }
 }
 
-/// `[rail]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RailSection {
-    /// Path of the model file.
-    pub model: String,
-    /// Orientation of the rail in the INS' level frame, degrees; zero.
-    #[serde(default)]
-    pub orientation_deg: MountingAngles,
-    /// Its uncertainty about the level axes x, y, z, degrees, constant errors of the INS included.
-    pub orientation_sigma_deg: [f64; 3],
-    /// How far each element of the rail lies off the standard profile, metres, one sigma; 0.
-    #[serde(default)]
-    pub profile_sigma_m: f64,
+section! {
+    /// `[rail]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct RailSection {
+        /// Path of the model file.
+        model: String = required, Kind::Text;
+        /// Orientation of the rail in the INS' level frame, degrees; zero.
+        orientation_deg: MountingAngles = or (MountingAngles::default()), Kind::Table(MountingAngles::KEYS);
+        /// Its uncertainty about the level axes x, y, z, degrees, constant errors of the INS included.
+        orientation_sigma_deg: [f64; 3] = required, Kind::Triple(SIGMA_DEG);
+        /// How far each element of the rail lies off the standard profile, metres, one sigma; 0.
+        profile_sigma_m: f64 = or (0.0), Kind::Number(SIGMA_M_OR_NONE);
+    }
 }
 
-/// `[profiles]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ProfilesSection {
-    /// Path of the profiles file: Parquet if it ends in `.parquet`, else CSV.
-    pub path: String,
+section! {
+    /// `[profiles]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct ProfilesSection {
+        /// Path of the profiles file: Parquet if it ends in `.parquet`, else CSV.
+        path: String = required, Kind::Text;
+    }
 }
 
-/// `[attitude]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AttitudeSection {
-    /// Path of the attitude file.
-    pub path: String,
-    /// White noise of roll and pitch per record, degrees.
-    pub roll_pitch_sigma_deg: f64,
-    /// White noise of heading per record, degrees.
-    pub heading_sigma_deg: f64,
+section! {
+    /// `[attitude]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct AttitudeSection {
+        /// Path of the attitude file.
+        path: String = required, Kind::Text;
+        /// White noise of roll and pitch per record, degrees.
+        roll_pitch_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+        /// White noise of heading per record, degrees.
+        heading_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+    }
 }
 
-/// `[table]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TableSection {
-    /// Path of the table of positions.
-    pub path: String,
-    /// Each angle, per position, degrees, one sigma.
-    pub angle_sigma_deg: f64,
-    /// Tilt of the vertical axis, degrees, one sigma.
-    pub level_sigma_deg: f64,
-    /// Zero of the turn about the vertical against the rail's heading, degrees, one sigma.
-    pub zero_sigma_deg: f64,
-    /// Seat of the beam about each axis, degrees, one sigma.
-    pub seating_sigma_deg: f64,
-    /// Centre of rotation in the body (right, forward, up), metres.
-    pub pivot_body_m: [f64; 3],
-    /// Its uncertainty per axis, metres.
-    pub pivot_body_sigma_m: f64,
-    /// Centre of rotation in the rail's cross-section (x, z), metres.
-    pub pivot_rail_m: [f64; 2],
-    /// Its uncertainty per axis, metres.
-    pub pivot_rail_sigma_m: f64,
+section! {
+    /// `[table]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct TableSection {
+        /// Path of the table of positions.
+        path: String = required, Kind::Text;
+        /// Each angle, per position, degrees, one sigma.
+        angle_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+        /// Tilt of the vertical axis, degrees, one sigma.
+        level_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+        /// Zero of the turn about the vertical against the rail's heading, degrees, one sigma.
+        zero_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+        /// Seat of the beam about each axis, degrees, one sigma.
+        seating_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+        /// Centre of rotation in the body (right, forward, up), metres.
+        pivot_body_m: [f64; 3] = required, Kind::Triple(PLACE);
+        /// Its uncertainty per axis, metres.
+        pivot_body_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+        /// Centre of rotation in the rail's cross-section (x, z), metres.
+        pivot_rail_m: [f64; 2] = required, Kind::Pair(PLACE);
+        /// Its uncertainty per axis, metres.
+        pivot_rail_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+    }
 }
 
-/// `[[profiler]]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ProfilerSection {
-    /// Name for reports.
-    pub name: String,
-    /// Nominal lever arm in the body (right, forward, up), metres.
-    pub lever_arm_m: [f64; 3],
-    /// Nominal mounting angles, degrees.
-    pub mounting_deg: MountingAngles,
-    /// Noise of the lateral coordinate, metres, one sigma.
-    pub lateral_sigma_m: f64,
-    /// Noise of the other coordinate, metres, one sigma.
-    pub vertical_sigma_m: f64,
-    /// Uncertainty of the lever arm along the rail, metres, one sigma.
-    pub along_sigma_m: f64,
+section! {
+    /// `[[profiler]]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct ProfilerSection {
+        /// Name for reports.
+        name: String = required, Kind::Text;
+        /// Nominal lever arm in the body (right, forward, up), metres.
+        lever_arm_m: [f64; 3] = required, Kind::Triple(PLACE);
+        /// Nominal mounting angles, degrees.
+        mounting_deg: MountingAngles = required, Kind::Table(MountingAngles::KEYS);
+        /// Noise of the lateral coordinate, metres, one sigma.
+        lateral_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+        /// Noise of the other coordinate, metres, one sigma.
+        vertical_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+        /// Uncertainty of the lever arm along the rail, metres, one sigma.
+        along_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+    }
 }
 
 impl RailSurveyFile {

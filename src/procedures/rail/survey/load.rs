@@ -104,7 +104,7 @@ pub fn parse_survey(
     folder: Option<&Path>,
 ) -> Result<RailSurveyFile, SurveyError> {
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
-    let mut problems = schema::check(&document, keys::SURVEY);
+    let mut problems = schema::check(&document, RailSurveyFile::KEYS);
     problems.extend(
         folder
             .iter()

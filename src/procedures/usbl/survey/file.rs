@@ -2,38 +2,39 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::keys::{SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M};
 use crate::geometry::Ellipsoid;
 use crate::observe::usbl::{AngleModel, AttitudeNoise, DatumSigma, FixNoise};
 use crate::procedures::usbl::{JointConfig, ReferenceConfig};
+use crate::survey::limits::{ABOVE, DURATION, ELLIPSOID, OFFSET_S, OUTSIDE, SPEED, limits};
+use crate::survey::schema::Kind;
+use crate::survey::section::section;
 use crate::survey::sections::{MountingAngles, OutsideRule};
 use crate::units::radians;
 
-/// A survey file. Written as JSON or TOML again it shows every value as it took effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct UsblFile {
-    /// Name for reports.
-    pub name: String,
-    /// `usbl`.
-    pub procedure: UsblProcedure,
-    /// The surveyed points.
-    pub control: ControlSection,
-    /// The fixes.
-    pub fixes: FixesSection,
-    /// The attitude sensor.
-    pub attitude: AttitudeSection,
-    /// The transducer.
-    #[serde(default)]
-    pub transducer: TransducerSection,
-    /// The water; without it rays are straight, at the speed that the device used.
-    #[serde(default)]
-    pub sound_speed: WaterSection,
-    /// The reference path.
-    #[serde(default)]
-    pub reference: ReferenceConfig,
-    /// The joint path.
-    #[serde(default)]
-    pub joint: JointConfig,
+section! {
+    /// A survey file. Written as JSON or TOML again it shows every value as it took effect.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct UsblFile {
+        /// Name for reports.
+        name: String = required, Kind::Text;
+        /// `usbl`.
+        procedure: UsblProcedure = required, Kind::OneOf(&["usbl"]);
+        /// The surveyed points.
+        control: ControlSection = required, Kind::Table(ControlSection::KEYS);
+        /// The fixes.
+        fixes: FixesSection = required, Kind::Table(FixesSection::KEYS);
+        /// The attitude sensor.
+        attitude: AttitudeSection = required, Kind::Table(AttitudeSection::KEYS);
+        /// The transducer.
+        transducer: TransducerSection = or (TransducerSection::default()), Kind::Table(TransducerSection::KEYS);
+        /// The water; without it rays are straight, at the speed that the device used.
+        sound_speed: WaterSection = or (WaterSection::default()), Kind::Table(WaterSection::KEYS);
+        /// The reference path.
+        reference: ReferenceConfig = or (ReferenceConfig::default()), Kind::Table(ReferenceConfig::KEYS);
+        /// The joint path.
+        joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+    }
 }
 
 /// The procedure of such a file.
@@ -44,21 +45,19 @@ pub enum UsblProcedure {
     Usbl,
 }
 
-/// `[control]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ControlSection {
-    /// Path of the control points.
-    pub path: String,
-    /// Ellipsoid of geocentric and geodetic coordinates; WGS84.
-    #[serde(default)]
-    pub ellipsoid: Ellipsoid,
-    /// Deflection of the vertical and tilt of the control, about east and north each, degrees; 0.
-    #[serde(default)]
-    pub tilt_sigma_deg: f64,
-    /// Orientation of the control, degrees; 0.
-    #[serde(default)]
-    pub azimuth_sigma_deg: f64,
+section! {
+    /// `[control]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct ControlSection {
+        /// Path of the control points.
+        path: String = required, Kind::Text;
+        /// Ellipsoid of geocentric and geodetic coordinates; WGS84.
+        ellipsoid: Ellipsoid = or (Ellipsoid::default()), ELLIPSOID;
+        /// Deflection of the vertical and tilt of the control, about east and north each, degrees; 0.
+        tilt_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
+        /// Orientation of the control, degrees; 0.
+        azimuth_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
+    }
 }
 
 impl ControlSection {
@@ -72,31 +71,28 @@ impl ControlSection {
     }
 }
 
-/// `[fixes]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FixesSection {
-    /// Path of the fixes.
-    pub path: String,
-    /// Constant range noise, metres.
-    pub range_sigma_m: f64,
-    /// Proportional range noise, parts per million; 0.
-    #[serde(default)]
-    pub range_sigma_ppm: f64,
-    /// Angle noise at broadside, degrees.
-    pub angle_sigma_deg: f64,
-    /// How it depends on the direction; direction-cosine.
-    #[serde(default)]
-    pub angle_model: AngleModel,
-    /// Speed with which the device made ranges of travel times, m/s; needed for ranges and coordinates.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub nominal_speed_m_s: Option<f64>,
-    /// Delay of the beacon's answer that is still in two-way travel times, seconds; 0.
-    #[serde(default)]
-    pub turnaround_s: f64,
-    /// Added to the stamps, seconds; 0.
-    #[serde(default)]
-    pub time_offset_s: f64,
+section! {
+    /// `[fixes]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct FixesSection {
+        /// Path of the fixes.
+        path: String = required, Kind::Text;
+        /// Constant range noise, metres.
+        range_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+        /// Proportional range noise, parts per million; 0.
+        range_sigma_ppm: f64 = or (0.0), Kind::Number(limits(0.0, 1e5, "parts per million from 0 to 100000"));
+        /// Angle noise at broadside, degrees.
+        angle_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+        /// How it depends on the direction; direction-cosine.
+        angle_model: AngleModel = or (AngleModel::default()), Kind::OneOf(&["direction-cosine", "isotropic"]);
+        /// Speed with which the device made ranges of travel times, m/s; needed for ranges and coordinates.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        nominal_speed_m_s: Option<f64> = or (None), Kind::Number(SPEED);
+        /// Delay of the beacon's answer that is still in two-way travel times, seconds; 0.
+        turnaround_s: f64 = or (0.0), Kind::Number(limits(0.0, 10.0, "seconds from 0 to 10"));
+        /// Added to the stamps, seconds; 0.
+        time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
+    }
 }
 
 impl FixesSection {
@@ -112,29 +108,23 @@ impl FixesSection {
     }
 }
 
-/// `[attitude]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AttitudeSection {
-    /// Path of the attitude record.
-    pub path: String,
-    /// White noise of roll and pitch per record, degrees.
-    pub roll_pitch_sigma_deg: f64,
-    /// White noise of heading per record, degrees.
-    pub heading_sigma_deg: f64,
-    /// Longest interval that is interpolated, seconds; 1.
-    #[serde(default = "one_second")]
-    pub max_gap_s: f64,
-    /// What to do with fixes that have no attitude; error.
-    #[serde(default)]
-    pub outside: OutsideRule,
-    /// Added to the stamps, seconds; 0.
-    #[serde(default)]
-    pub time_offset_s: f64,
-}
-
-fn one_second() -> f64 {
-    1.0
+section! {
+    /// `[attitude]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct AttitudeSection {
+        /// Path of the attitude record.
+        path: String = required, Kind::Text;
+        /// White noise of roll and pitch per record, degrees.
+        roll_pitch_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG_OR_NONE);
+        /// White noise of heading per record, degrees.
+        heading_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG_OR_NONE);
+        /// Longest interval that is interpolated, seconds; 1.
+        max_gap_s: f64 = or (1.0), Kind::Number(DURATION);
+        /// What to do with fixes that have no attitude; error.
+        outside: OutsideRule = or (OutsideRule::default()), OUTSIDE;
+        /// Added to the stamps, seconds; 0.
+        time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
+    }
 }
 
 impl AttitudeSection {
@@ -148,27 +138,31 @@ impl AttitudeSection {
     }
 }
 
-/// `[transducer]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TransducerSection {
-    /// Nominal mounting on the attitude sensor; none.
-    pub mounting_deg: MountingAngles,
-    /// Depth of its centre below the water level, metres; needed with a profile.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub depth_m: Option<f64>,
+section! {
+    #[settings]
+    /// `[transducer]`.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct TransducerSection {
+        /// Nominal mounting on the attitude sensor; none.
+        mounting_deg: MountingAngles = or (MountingAngles::default()), Kind::Table(MountingAngles::KEYS);
+        /// Depth of its centre below the water level, metres; needed with a profile.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        depth_m: Option<f64> = or (None), Kind::Number(limits(ABOVE, 11_000.0, "metres above 0 and up to 11000"));
+    }
 }
 
-/// `[sound_speed]`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct WaterSection {
-    /// One speed everywhere, m/s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub speed_m_s: Option<f64>,
-    /// Path of the profile.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub profile: Option<String>,
-    /// Standard deviation of a constant error of the speed, m/s; 0.
-    pub sigma_m_s: f64,
+section! {
+    #[settings]
+    /// `[sound_speed]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct WaterSection {
+        /// One speed everywhere, m/s.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        speed_m_s: Option<f64> = or (None), Kind::Number(SPEED);
+        /// Path of the profile.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        profile: Option<String> = or (None), Kind::Text;
+        /// Standard deviation of a constant error of the speed, m/s; 0.
+        sigma_m_s: f64 = or (0.0), Kind::Number(limits(0.0, 100.0, "metres per second from 0 to 100"));
+    }
 }

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Matrix3, Vector3};
 
 use super::file::UsblFile;
-use super::keys;
 use crate::formats::attitude_csv;
 use crate::formats::usbl_control_csv::{
     ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
@@ -80,7 +79,7 @@ const FILES: &[[&str; 2]] = &[
 /// [`SurveyError`] with every unknown key and impossible value.
 pub fn parse(path: &Path, text: &str, folder: Option<&Path>) -> Result<UsblFile, SurveyError> {
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
-    let mut problems = schema::check(&document, keys::SURVEY);
+    let mut problems = schema::check(&document, UsblFile::KEYS);
     let has = |keys: &[&str]| document.get(keys).is_some();
     if has(&["sound_speed", "speed_m_s"]) && has(&["sound_speed", "profile"]) {
         let path = ["sound_speed", "profile"];

@@ -1,7 +1,7 @@
 //! Survey and scenario files of a USBL calibration.
 
 pub mod file;
-mod keys;
+pub(crate) mod keys;
 pub mod load;
 pub mod scenario;
 pub mod write;

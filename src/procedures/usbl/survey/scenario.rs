@@ -6,13 +6,13 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
-use super::keys;
 use crate::procedures::usbl::simulate::Scenario;
 use crate::procedures::usbl::{JointConfig, ReferenceConfig};
 use crate::simulate::scenario::complaint;
 use crate::survey::ScenarioError;
 use crate::survey::document::Document;
-use crate::survey::schema;
+use crate::survey::schema::{self, Kind};
+use crate::survey::section::section;
 
 /// A scenario and how its survey is to be calibrated.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,14 +23,16 @@ pub struct UsblScenarioFile {
     pub calibration: toml::Table,
 }
 
-/// The sections with every default.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Calibration {
-    /// The reference path.
-    pub reference: ReferenceConfig,
-    /// The joint path.
-    pub joint: JointConfig,
+section! {
+    #[settings]
+    /// The sections with every default.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Calibration {
+        /// The reference path.
+        reference: ReferenceConfig = or (ReferenceConfig::default()), Kind::Table(ReferenceConfig::KEYS);
+        /// The joint path.
+        joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+    }
 }
 
 /// Reads a scenario file.
@@ -90,7 +92,7 @@ impl UsblScenarioFile {
 
 /// Faults of `[reference]` and `[joint]`.
 fn calibration_faults(document: &Document<'_>) -> Vec<String> {
-    let problems = schema::check(document, keys::CALIBRATION);
+    let problems = schema::check(document, Calibration::KEYS);
     let own = |place: &str| place.contains("[reference]") || place.contains("[joint]");
     problems
         .into_iter()

@@ -3,18 +3,16 @@
 //! The value is set in the scenario as it took effect, defaults included, and the whole is read as a scenario again: unknown keys and
 //! impossible values are refused as in a scenario file.
 
-use serde::Deserialize;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use thiserror::Error;
 use toml::{Table, Value};
 
-use crate::simulate::Scenario;
+use crate::results::SweepValue;
 use crate::simulate::scenario::complaint;
 
-/// Names that are handier than the scenario's own key: name, key, factor.
-///
-/// A multibeam is tilted to starboard by a negative roll of its mounting.
-pub const ALIASES: [(&str, &str, f64); 1] =
-    [("multibeam.tilt_deg", "multibeam.mounting_deg.roll", -1.0)];
+/// A name that is handier than the scenario's own key: name, key, factor.
+pub type Alias = (&'static str, &'static str, f64);
 
 /// Most values of one key.
 const MOST: usize = 1000;
@@ -48,6 +46,18 @@ pub enum Setting {
     Text(String),
 }
 
+impl Setting {
+    /// For `result.json`.
+    #[must_use]
+    pub fn plain(&self) -> SweepValue {
+        match self {
+            Self::Number(number) => SweepValue::Number(*number),
+            Self::Flag(flag) => SweepValue::Flag(*flag),
+            Self::Text(text) => SweepValue::Text(text.clone()),
+        }
+    }
+}
+
 impl std::fmt::Display for Setting {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -63,6 +73,13 @@ impl std::fmt::Display for Setting {
 pub struct Point(pub Vec<(String, Setting)>);
 
 impl Point {
+    /// As the user reads it: `KEY=value, KEY=value`.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let parts: Vec<String> = self.0.iter().map(|(k, v)| format!("{k}={v}")).collect();
+        parts.join(", ")
+    }
+
     /// A name for its file of trials.
     #[must_use]
     pub fn file_name(&self) -> String {
@@ -83,7 +100,7 @@ impl Point {
 
 /// A sweep cannot be run.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum SweepError {
+pub enum VaryError {
     /// Not of the form.
     #[error("--vary {given}: found {found}, expected KEY=from:to:step or KEY=a,b,c")]
     Form {
@@ -113,10 +130,10 @@ pub enum SweepError {
 }
 
 impl std::str::FromStr for Vary {
-    type Err = SweepError;
+    type Err = VaryError;
 
-    fn from_str(given: &str) -> Result<Self, SweepError> {
-        let form = |found: &str| SweepError::Form {
+    fn from_str(given: &str) -> Result<Self, VaryError> {
+        let form = |found: &str| VaryError::Form {
             given: given.to_owned(),
             found: found.to_owned(),
         };
@@ -178,67 +195,65 @@ fn tidy(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
 
-/// Every point of the sweep with its scenario: of two keys every pair, the first varying slowest.
-///
-/// # Errors
-/// [`SweepError`]: a key that no scenario has (with the nearest known one), or a value that makes it impossible.
-pub fn points(scenario: &Scenario, vary: &[Vary]) -> Result<Vec<(Point, Scenario)>, SweepError> {
+/// Every point of the sweep: of two keys every pair, the first varying slowest.
+#[must_use]
+pub fn points(vary: &[Vary]) -> Vec<Point> {
     let mut all = vec![Point(vec![])];
     for v in vary {
-        all = all
-            .iter()
-            .flat_map(|point| {
-                v.values.iter().map(|value| {
-                    let mut longer = point.clone();
-                    longer.0.push((v.key.clone(), value.clone()));
-                    longer
-                })
-            })
-            .collect();
+        let longer = |point: &Point| {
+            v.values
+                .iter()
+                .map(|value| with(point, &v.key, value))
+                .collect::<Vec<_>>()
+        };
+        all = all.iter().flat_map(longer).collect();
     }
-    if vary.is_empty() {
-        return Ok(vec![]);
-    }
-    all.into_iter()
-        .map(|point| at(scenario, &point).map(|scenario| (point, scenario)))
-        .collect()
+    all.retain(|point| !point.0.is_empty());
+    all
 }
 
-/// The scenario at a point.
+fn with(point: &Point, key: &str, value: &Setting) -> Point {
+    let mut longer = point.clone();
+    longer.0.push((key.to_owned(), value.clone()));
+    longer
+}
+
+/// The scenario at a point; `aliases` are its handier names and `check` lists what is wrong with its values.
 ///
 /// # Errors
-/// As [`points`].
-pub fn at(scenario: &Scenario, point: &Point) -> Result<Scenario, SweepError> {
-    let name: Vec<String> = point.0.iter().map(|(k, v)| format!("{k}={v}")).collect();
-    let value_error = |faults| SweepError::Value {
-        point: name.join(", "),
+/// [`VaryError`]: a key that no scenario has (with the nearest known one), or a value that makes it impossible.
+pub fn at<S: Serialize + DeserializeOwned>(
+    scenario: &S,
+    point: &Point,
+    aliases: &[Alias],
+    check: impl Fn(&S) -> Vec<String>,
+) -> Result<S, VaryError> {
+    let value_error = |faults| VaryError::Value {
+        point: point.words(),
         faults,
     };
     let tree = Table::try_from(scenario).map_err(|e| value_error(vec![e.to_string()]))?;
     let mut tree = Value::Table(tree);
     for (key, setting) in &point.0 {
-        let (path, value) = resolved(key, setting);
-        set(&mut tree, &path.split('.').collect::<Vec<_>>(), &value).map_err(
-            |(found, expected)| SweepError::Key {
-                key: key.clone(),
-                found,
-                expected,
-            },
-        )?;
+        let (path, value) = resolved(key, setting, aliases);
+        let misfit = |(found, expected)| VaryError::Key {
+            key: key.clone(),
+            found,
+            expected,
+        };
+        set(&mut tree, &path.split('.').collect::<Vec<_>>(), &value).map_err(misfit)?;
     }
-    let read = Scenario::deserialize(tree)
-        .map_err(|e| value_error(vec![complaint(e.message().trim())]))?;
-    let faults = read.check();
-    if faults.is_empty() {
-        Ok(read)
-    } else {
-        Err(value_error(faults))
+    let read =
+        S::deserialize(tree).map_err(|e| value_error(vec![complaint(e.message().trim())]))?;
+    match check(&read) {
+        faults if faults.is_empty() => Ok(read),
+        faults => Err(value_error(faults)),
     }
 }
 
 /// The scenario's own key and the TOML value.
-fn resolved(key: &str, setting: &Setting) -> (String, Value) {
-    let alias = ALIASES.iter().find(|(name, ..)| *name == key);
+fn resolved(key: &str, setting: &Setting, aliases: &[Alias]) -> (String, Value) {
+    let alias = aliases.iter().find(|(name, ..)| *name == key);
     let path = alias.map_or(key, |(_, path, _)| path).to_owned();
     let value = match setting {
         Setting::Number(number) => {
@@ -305,15 +320,21 @@ fn set(tree: &mut Value, path: &[&str], value: &Value) -> Result<(), Misfit> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::{DEMO, Source};
+    use crate::simulate::{DEMO, Scenario, Source};
+
+    const ALIASES: [Alias; 1] = [("multibeam.tilt_deg", "multibeam.mounting_deg.roll", -1.0)];
 
     fn demo() -> Scenario {
         Scenario::from_toml(DEMO).expect("the demo")
     }
 
-    fn swept(vary: &[&str]) -> Result<Vec<(Point, Scenario)>, SweepError> {
+    fn swept(vary: &[&str]) -> Result<Vec<(Point, Scenario)>, VaryError> {
         let vary: Vec<Vary> = vary.iter().map(|v| v.parse()).collect::<Result<_, _>>()?;
-        points(&demo(), &vary)
+        let found = points(&vary).into_iter().map(|point| {
+            let scenario = at(&demo(), &point, &ALIASES, Scenario::check)?;
+            Ok((point, scenario))
+        });
+        found.collect()
     }
 
     fn fault(vary: &[&str]) -> String {

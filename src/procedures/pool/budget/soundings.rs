@@ -1,125 +1,43 @@
 //! The swath of a scenario's sensors under each path's calibration: the section `swath` of `result.json`.
 
-use std::path::Path;
+use nalgebra::{DMatrix, Matrix6, Vector3};
 
-use nalgebra::{Matrix6, Vector3, Vector6};
-
-use super::analytic::Analytic;
-use super::experiment::{Experiment, Role};
-use super::ledger::LedgerError;
 use super::passes::predicted;
 use super::swath::{BeamUncertainty, ORDERS, SwathSensors, Uncertainty, swath};
-use super::trial::Trial;
+use crate::calibrate::tried::PathCovariance;
 use crate::observe::{SonarNoise, TrajectoryNoise};
 use crate::procedures::pool::JointConfig;
 use crate::results::{
-    BudgetPath, CovarianceOrigin, OrderLimit, PathSwath, SwathBeam, SwathDepth, SwathLimits,
+    CovarianceOrigin, JOINT, OrderLimit, PathSwath, SwathBeam, SwathDepth, SwathLimits,
     SwathResult, Uncertainty95,
 };
 use crate::simulate::Scenario;
 
-/// Depths below the sonar where nobody says others, metres.
-pub const DEPTHS_M: [f64; 4] = [10.0, 20.0, 50.0, 100.0];
-
 /// Outermost beam and step, degrees.
 const BEAMS_DEG: (i32, i32) = (70, 5);
 
-/// Covariance (rad, m) of a path's calibration.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PathCovariance {
-    /// Which.
-    pub path: BudgetPath,
-    /// Where it is from.
-    pub origin: CovarianceOrigin,
-    /// Of pitch, roll, yaw, lx, ly, lz.
-    pub covariance: Matrix6<f64>,
-}
-
-/// Of the trials with all sources together: the joint path's mean reported covariance, the reference path's mean squared error about
-/// zero; a path without a usable trial is left out.
-///
-/// # Errors
-/// [`LedgerError`]: a ledger cannot be read.
-pub fn of_trials(
-    experiment: &Experiment,
-    folder: &Path,
-) -> Result<Vec<PathCovariance>, LedgerError> {
-    let mut sums = BudgetPath::ALL.map(|path| (path, Matrix6::zeros(), 0_u32));
-    let together = experiment.cells.iter().find(|c| c.role == Role::Together);
-    if let Some(cell) = together {
-        for trial in experiment.read(folder, cell)? {
-            let trial = trial?;
-            for (path, sum, count) in &mut sums {
-                if let Some(one) = covariance_of(&trial, *path) {
-                    *sum += one;
-                    *count += 1;
-                }
-            }
-        }
-    }
-    let mean = |(path, sum, count): (BudgetPath, Matrix6<f64>, u32)| PathCovariance {
-        path,
-        origin: match path {
-            BudgetPath::Joint => CovarianceOrigin::Reported,
-            _ => CovarianceOrigin::Errors,
-        },
-        covariance: sum / f64::from(count),
-    };
-    let usable = sums.into_iter().filter(|(.., count)| *count > 0);
-    Ok(usable.map(mean).collect())
-}
-
-/// The same with the joint path predicted from the scenario where no trial tells of it and a prediction is possible.
+/// The joint path's covariance predicted from the scenario where neither trials nor propagation tell of it and a prediction is possible.
 #[must_use]
 pub fn or_predicted(
     mut found: Vec<PathCovariance>,
     scenario: &Scenario,
     config: &JointConfig,
 ) -> Vec<PathCovariance> {
-    let has_joint = found.iter().any(|c| c.path == BudgetPath::Joint);
+    let has_joint = found.iter().any(|c| c.name == JOINT);
     if !has_joint && let Ok(covariance) = predicted(scenario, config) {
         let joint = PathCovariance {
-            path: BudgetPath::Joint,
+            name: JOINT.to_owned(),
             origin: CovarianceOrigin::Predicted,
-            covariance,
+            covariance: DMatrix::from_column_slice(6, 6, covariance.as_slice()),
         };
         found.insert(0, joint);
     }
     found
 }
 
-/// By propagation, for paths that no trial tells of: covariance of the error and its bias squared.
-#[must_use]
-pub fn or_propagated(mut found: Vec<PathCovariance>, analytic: &Analytic) -> Vec<PathCovariance> {
-    let sequential = analytic.sequential.as_ref().ok();
-    let paths = [
-        (BudgetPath::Joint, Some(&analytic.joint)),
-        (BudgetPath::SequentialProjected, sequential),
-    ];
-    for (path, budget) in paths {
-        let Some(budget) = budget.filter(|_| found.iter().all(|c| c.path != path)) else {
-            continue;
-        };
-        found.push(PathCovariance {
-            path,
-            origin: CovarianceOrigin::Propagated,
-            covariance: budget.covariance + budget.bias * budget.bias.transpose(),
-        });
-    }
-    found.sort_by_key(|c| c.path);
-    found
-}
-
-fn covariance_of(trial: &Trial, path: BudgetPath) -> Option<Matrix6<f64>> {
-    let squared = |error: &[f64; 6]| {
-        let error = Vector6::from(*error);
-        error * error.transpose()
-    };
-    match path {
-        BudgetPath::Joint => trial.joint.as_ref().ok().map(|j| j.covariance),
-        BudgetPath::Sequential => trial.sequential.as_ref().ok().map(squared),
-        BudgetPath::SequentialProjected => trial.projected.as_ref().ok().map(squared),
-    }
+/// The mounting's six, which come first.
+fn six(of: &PathCovariance) -> Matrix6<f64> {
+    of.covariance.fixed_view::<6, 6>(0, 0).into_owned()
 }
 
 /// The section for these calibrations.
@@ -133,12 +51,12 @@ pub fn section(
     let (end, step) = BEAMS_DEG;
     let angles: Vec<f64> = (-end..=end).step_by(step as usize).map(f64::from).collect();
     let path = |of: &PathCovariance| PathSwath {
-        path: of.path,
+        path: of.name.clone(),
         origin: of.origin,
         covariance: std::array::from_fn(|i| std::array::from_fn(|j| of.covariance[(i, j)])),
         depths: depths_m
             .iter()
-            .map(|&depth_m| depth(&of.covariance, &sensors, depth_m, &angles))
+            .map(|&depth_m| depth(&six(of), &sensors, depth_m, &angles))
             .collect(),
     };
     SwathResult {

@@ -6,12 +6,11 @@ use rayon::prelude::*;
 use super::fusion::sigmas;
 use super::passes::{PassError, predicted};
 use super::plan::{Candidate, Plan, PlanRequest, name, plan};
-use super::summary::plain;
-use super::sweep::Point;
+use crate::calibrate::vary::Point;
 use crate::procedures::pool::JointConfig;
 use crate::results::{
-    PLAN_FORMAT_VERSION, PlanCandidate, PlanResult, PlanStep, PlanVariation, PlanVariations,
-    PlannedPass, SixFigures, Software,
+    BudgetParameter, Figures, PLAN_FORMAT_VERSION, PlanCandidate, PlanResult, PlanStep,
+    PlanVariation, PlanVariations, PlannedPass, Software,
 };
 use crate::simulate::Scenario;
 use crate::simulate::scenario::Pass;
@@ -46,13 +45,14 @@ pub fn planned(
         software: Software::this(),
         command: String::new(),
         criterion: request.criterion,
-        wanted: SixFigures::from_si(request.wanted).unwrap_or_default(),
+        parameters: parameters(),
+        wanted: shown(request.wanted),
         sailed: sailed.map(pass).collect(),
         sailed_standard_deviation: found.start.as_ref().and_then(figures),
         chosen: steps(&found),
         most: request.most as u64,
         passes_needed: found.needed.map(|n| n as u64),
-        floor: SixFigures::from_si(found.floor),
+        floor: Some(shown(found.floor)),
         unreachable: unreachable(&found, request),
         candidates: found.candidates.iter().map(candidate).collect(),
         faces_from_above_m: from_above(scenario),
@@ -61,8 +61,26 @@ pub fn planned(
     })
 }
 
-fn figures(covariance: &Matrix6<f64>) -> Option<SixFigures> {
-    SixFigures::from_si(sigmas(covariance))
+/// In degrees and metres; `None` unless all are known.
+fn figures(covariance: &Matrix6<f64>) -> Option<Figures> {
+    let found = shown(sigmas(covariance));
+    found.iter().all(Option::is_some).then_some(found)
+}
+
+/// From radians and metres to degrees and metres.
+fn shown(six: [f64; 6]) -> Figures {
+    let shown = |(i, v): (usize, f64)| if i < 3 { v.to_degrees() } else { v };
+    let values = six.into_iter().enumerate().map(shown);
+    values.map(|v| v.is_finite().then_some(v)).collect()
+}
+
+/// The mounting's six.
+fn parameters() -> Vec<BudgetParameter> {
+    let parameter = |(i, name): (usize, &&str)| BudgetParameter {
+        name: (*name).to_owned(),
+        unit: if i < 3 { "deg" } else { "m" }.to_owned(),
+    };
+    NAMES.iter().enumerate().map(parameter).collect()
 }
 
 fn pass(pass: &Pass) -> PlannedPass {
@@ -127,7 +145,7 @@ fn variations(
         let found = predicted(scenario, config);
         progress();
         PlanVariation {
-            values: point.0.iter().map(|(_, value)| plain(value)).collect(),
+            values: point.0.iter().map(|(_, value)| value.plain()).collect(),
             standard_deviation: found.as_ref().ok().and_then(figures),
             refusal: found.err().map_or_else(String::new, |e| e.to_string()),
         }

@@ -1,5 +1,6 @@
 //! The error sources in words: what each is, which scenario keys size it, what it is by default and where that figure is from.
 
+use crate::results::SourceDescription;
 use crate::simulate::{Scenario, Source, Sources};
 use crate::target::Target;
 
@@ -42,260 +43,249 @@ macro_rules! about {
 
 /// The words for a source.
 #[must_use]
-pub fn about(source: Source) -> About {
+pub fn about(source: Source) -> &'static About {
     match source {
-        Source::PositionWhite
-        | Source::PositionDrift
-        | Source::RollPitch
-        | Source::Heading
-        | Source::HeadingDrift => of_ins(source),
-        Source::LaserRange
-        | Source::LaserAngle
-        | Source::LaserBoresight
-        | Source::LaserLeverArm => of_scanner(source),
-        Source::Latency
-        | Source::LatencyJitter
-        | Source::SonarRange
-        | Source::SonarAngle
-        | Source::SonarAlongAngle => of_sounder(source),
-        _ => of_surroundings(source),
+        Source::PositionWhite => &POSITION_WHITE,
+        Source::PositionDrift => &POSITION_DRIFT,
+        Source::RollPitch => &ROLL_PITCH,
+        Source::Heading => &HEADING,
+        Source::HeadingDrift => &HEADING_DRIFT,
+        Source::LaserRange => &LASER_RANGE,
+        Source::LaserAngle => &LASER_ANGLE,
+        Source::LaserBoresight => &LASER_BORESIGHT,
+        Source::LaserLeverArm => &LASER_LEVER_ARM,
+        Source::Latency => &LATENCY,
+        Source::LatencyJitter => &LATENCY_JITTER,
+        Source::SonarRange => &SONAR_RANGE,
+        Source::SonarAngle => &SONAR_ANGLE,
+        Source::SonarAlongAngle => &SONAR_ALONG_ANGLE,
+        Source::SoundSpeed => &SOUND_SPEED,
+        Source::SoundSpeedGradient => &SOUND_SPEED_GRADIENT,
+        Source::TargetOffsets => &TARGET_OFFSETS,
+        Source::TargetFlatness => &TARGET_FLATNESS,
+        Source::TargetPose => &TARGET_POSE,
+        Source::GrossErrors => &GROSS_ERRORS,
+        Source::Clutter => &CLUTTER,
+        Source::Multipath => &MULTIPATH,
+        Source::Bodies => &BODIES,
     }
 }
 
-fn of_ins(source: Source) -> About {
-    match source {
-        Source::PositionWhite => about!(
-            "position_white",
-            "INS position, white",
-            "normal, per record and axis",
-            ["trajectory.position_sigma_m"],
-            [("position_sigma_m", 0.002)],
-            INS
-        ),
-        Source::PositionDrift => about!(
-            "position_drift",
-            "INS position, drift",
-            "first-order Gauss-Markov per axis, continuous over all passes",
-            [
-                "trajectory.position_drift_sigma_m",
-                "trajectory.drift_correlation_time_s"
-            ],
-            [
-                ("position_drift_sigma_m", 0.01),
-                ("drift_correlation_time_s", 60.0)
-            ],
-            INS
-        ),
-        Source::RollPitch => about!(
-            "roll_pitch",
-            "INS roll and pitch, white",
-            "normal, per record",
-            ["trajectory.roll_pitch_sigma_deg"],
-            [("roll_pitch_sigma_deg", 0.003)],
-            INS
-        ),
-        Source::Heading => about!(
-            "heading",
-            "INS heading, white",
-            "normal, per record",
-            ["trajectory.heading_sigma_deg"],
-            [("heading_sigma_deg", 0.005)],
-            INS
-        ),
-        _ => about!(
-            "heading_drift",
-            "INS heading, slow",
-            "first-order Gauss-Markov with the drift's correlation time",
-            [
-                "trajectory.heading_drift_sigma_deg",
-                "trajectory.drift_correlation_time_s"
-            ],
-            [("heading_drift_sigma_deg", 0.0)],
-            INS
-        ),
-    }
-}
-
-fn of_scanner(source: Source) -> About {
-    match source {
-        Source::LaserRange => about!(
-            "laser_range",
-            "laser range",
-            "normal, per return",
-            ["lidar.range_sigma_m"],
-            [("range_sigma_m", 0.005)],
-            VZ
-        ),
-        Source::LaserAngle => about!(
-            "laser_angle",
-            "laser angle",
-            "normal, per return, in the scanner's plane",
-            ["lidar.angle_sigma_deg"],
-            [("angle_sigma_deg", 0.002)],
-            "models/sensors/riegl-vz-1000.toml: assumption, no public figure was found"
-        ),
-        Source::LaserBoresight => about!(
-            "laser_boresight",
-            "laser boresight",
-            "normal about each body axis, once per survey, plus a constant where the scenario gives one",
-            ["lidar.mounting_sigma_deg", "lidar.mounting_error_deg"],
-            [],
-            SCENARIO
-        ),
-        _ => about!(
-            "laser_lever_arm",
-            "laser lever arm",
-            "normal along each body axis, once per survey, plus a constant where the scenario gives one",
-            ["lidar.lever_arm_sigma_m", "lidar.lever_arm_error_m"],
-            [],
-            SCENARIO
-        ),
-    }
-}
-
-fn of_sounder(source: Source) -> About {
-    match source {
-        Source::Latency => about!(
-            "latency",
-            "multibeam latency",
-            "normal, once per survey, plus a constant where the scenario gives one",
-            ["truth.latency_s", "truth.latency_sigma_s"],
-            [],
-            SCENARIO
-        ),
-        Source::LatencyJitter => about!(
-            "latency_jitter",
-            "multibeam stamp jitter",
-            "normal, per ping",
-            ["truth.latency_jitter_s"],
-            [],
-            SCENARIO
-        ),
-        Source::SonarRange => about!(
-            "sonar_range",
-            "multibeam range",
-            "normal, per beam",
-            ["multibeam.range_sigma_m"],
-            [("range_sigma_m", 0.01)],
-            SONIC
-        ),
-        Source::SonarAngle => about!(
-            "sonar_angle",
-            "multibeam angle across",
-            "normal, per beam, growing outwards by outer_beam_factor",
-            ["multibeam.angle_sigma_deg", "multibeam.outer_beam_factor"],
-            [("angle_sigma_deg", 0.06), ("outer_beam_factor", 1.0)],
-            SONIC
-        ),
-        _ => about!(
-            "sonar_along_angle",
-            "multibeam angle along",
-            "normal, per beam",
-            ["multibeam.along_angle_sigma_deg"],
-            [],
-            SCENARIO
-        ),
-    }
-}
-
-fn of_surroundings(source: Source) -> About {
-    match source {
-        Source::SoundSpeed => about!(
-            "sound_speed",
-            "sound speed, constant",
-            "a scale of all ranges: normal, once per survey, plus a constant where the scenario gives one",
-            ["truth.range_scale", "truth.range_scale_sigma"],
-            [],
-            SCENARIO
-        ),
-        Source::SoundSpeedGradient => about!(
-            "sound_speed_gradient",
-            "sound speed, gradient",
-            "over depth: normal, once per survey, plus a constant where the scenario gives one",
-            [
-                "sound_speed.gradient_error_1_s",
-                "sound_speed.gradient_sigma_1_s"
-            ],
-            [],
-            SCENARIO
-        ),
-        Source::TargetOffsets => about!(
-            "target_offsets",
-            "target dimensions",
-            "normal, each face off its design position, once per survey",
-            [
-                "target.model.coplanarity_sigma_m",
-                "target.model.height_sigma_m"
-            ],
-            [],
-            SCENARIO
-        ),
-        Source::TargetFlatness => about!(
-            "target_flatness",
-            "target flatness",
-            "normal along the face's normal, per observation",
-            ["target.roughness_sigma_m"],
-            [],
-            SCENARIO
-        ),
-        Source::TargetPose => about!(
-            "target_pose",
-            "target pose beforehand",
-            "constant, plus normal once per survey where the scenario gives a sigma; refined from the laser points",
-            [
-                "target.prior_offset_m",
-                "target.prior_turn_deg",
-                "target.prior_offset_sigma_m",
-                "target.prior_turn_sigma_deg"
-            ],
-            [],
-            SCENARIO
-        ),
-        Source::GrossErrors => about!(
-            "gross_errors",
-            "gross errors",
-            "a share of the soundings, uniform within the largest error",
-            ["disturbance.gross_fraction", "disturbance.gross_range_m"],
-            [],
-            SCENARIO
-        ),
-        Source::Clutter => about!(
-            "clutter",
-            "clutter",
-            "a share of soundings and returns, uniform along the beam before the target",
-            [
-                "disturbance.sonar_clutter_fraction",
-                "disturbance.laser_clutter_fraction"
-            ],
-            [],
-            SCENARIO
-        ),
-        Source::Multipath => about!(
-            "multipath",
-            "multipath",
-            "a share of soundings and returns, late by a uniform delay",
-            [
-                "disturbance.multipath_fraction",
-                "disturbance.multipath_delay_m"
-            ],
-            [],
-            SCENARIO
-        ),
-        _ => about!(
-            "bodies",
-            "bodies in the way",
-            "solid boxes at rest or moving; no chance in it",
-            ["disturbance.body"],
-            [],
-            SCENARIO
-        ),
-    }
-}
+const POSITION_WHITE: About = about!(
+    "position_white",
+    "INS position, white",
+    "normal, per record and axis",
+    ["trajectory.position_sigma_m"],
+    [("position_sigma_m", 0.002)],
+    INS
+);
+const POSITION_DRIFT: About = about!(
+    "position_drift",
+    "INS position, drift",
+    "first-order Gauss-Markov per axis, continuous over all passes",
+    [
+        "trajectory.position_drift_sigma_m",
+        "trajectory.drift_correlation_time_s"
+    ],
+    [
+        ("position_drift_sigma_m", 0.01),
+        ("drift_correlation_time_s", 60.0)
+    ],
+    INS
+);
+const ROLL_PITCH: About = about!(
+    "roll_pitch",
+    "INS roll and pitch, white",
+    "normal, per record",
+    ["trajectory.roll_pitch_sigma_deg"],
+    [("roll_pitch_sigma_deg", 0.003)],
+    INS
+);
+const HEADING: About = about!(
+    "heading",
+    "INS heading, white",
+    "normal, per record",
+    ["trajectory.heading_sigma_deg"],
+    [("heading_sigma_deg", 0.005)],
+    INS
+);
+const HEADING_DRIFT: About = about!(
+    "heading_drift",
+    "INS heading, slow",
+    "first-order Gauss-Markov with the drift's correlation time",
+    [
+        "trajectory.heading_drift_sigma_deg",
+        "trajectory.drift_correlation_time_s"
+    ],
+    [("heading_drift_sigma_deg", 0.0)],
+    INS
+);
+const LASER_RANGE: About = about!(
+    "laser_range",
+    "laser range",
+    "normal, per return",
+    ["lidar.range_sigma_m"],
+    [("range_sigma_m", 0.005)],
+    VZ
+);
+const LASER_ANGLE: About = about!(
+    "laser_angle",
+    "laser angle",
+    "normal, per return, in the scanner's plane",
+    ["lidar.angle_sigma_deg"],
+    [("angle_sigma_deg", 0.002)],
+    "models/sensors/riegl-vz-1000.toml: assumption, no public figure was found"
+);
+const LASER_BORESIGHT: About = about!(
+    "laser_boresight",
+    "laser boresight",
+    "normal about each body axis, once per survey, plus a constant where the scenario gives one",
+    ["lidar.mounting_sigma_deg", "lidar.mounting_error_deg"],
+    [],
+    SCENARIO
+);
+const LASER_LEVER_ARM: About = about!(
+    "laser_lever_arm",
+    "laser lever arm",
+    "normal along each body axis, once per survey, plus a constant where the scenario gives one",
+    ["lidar.lever_arm_sigma_m", "lidar.lever_arm_error_m"],
+    [],
+    SCENARIO
+);
+const LATENCY: About = about!(
+    "latency",
+    "multibeam latency",
+    "normal, once per survey, plus a constant where the scenario gives one",
+    ["truth.latency_s", "truth.latency_sigma_s"],
+    [],
+    SCENARIO
+);
+const LATENCY_JITTER: About = about!(
+    "latency_jitter",
+    "multibeam stamp jitter",
+    "normal, per ping",
+    ["truth.latency_jitter_s"],
+    [],
+    SCENARIO
+);
+const SONAR_RANGE: About = about!(
+    "sonar_range",
+    "multibeam range",
+    "normal, per beam",
+    ["multibeam.range_sigma_m"],
+    [("range_sigma_m", 0.01)],
+    SONIC
+);
+const SONAR_ANGLE: About = about!(
+    "sonar_angle",
+    "multibeam angle across",
+    "normal, per beam, growing outwards by outer_beam_factor",
+    ["multibeam.angle_sigma_deg", "multibeam.outer_beam_factor"],
+    [("angle_sigma_deg", 0.06), ("outer_beam_factor", 1.0)],
+    SONIC
+);
+const SONAR_ALONG_ANGLE: About = about!(
+    "sonar_along_angle",
+    "multibeam angle along",
+    "normal, per beam",
+    ["multibeam.along_angle_sigma_deg"],
+    [],
+    SCENARIO
+);
+const SOUND_SPEED: About = about!(
+    "sound_speed",
+    "sound speed, constant",
+    "a scale of all ranges: normal, once per survey, plus a constant where the scenario gives one",
+    ["truth.range_scale", "truth.range_scale_sigma"],
+    [],
+    SCENARIO
+);
+const SOUND_SPEED_GRADIENT: About = about!(
+    "sound_speed_gradient",
+    "sound speed, gradient",
+    "over depth: normal, once per survey, plus a constant where the scenario gives one",
+    [
+        "sound_speed.gradient_error_1_s",
+        "sound_speed.gradient_sigma_1_s"
+    ],
+    [],
+    SCENARIO
+);
+const TARGET_OFFSETS: About = about!(
+    "target_offsets",
+    "target dimensions",
+    "normal, each face off its design position, once per survey",
+    [
+        "target.model.coplanarity_sigma_m",
+        "target.model.height_sigma_m"
+    ],
+    [],
+    SCENARIO
+);
+const TARGET_FLATNESS: About = about!(
+    "target_flatness",
+    "target flatness",
+    "normal along the face's normal, per observation",
+    ["target.roughness_sigma_m"],
+    [],
+    SCENARIO
+);
+const TARGET_POSE: About = about!(
+    "target_pose",
+    "target pose beforehand",
+    "constant, plus normal once per survey where the scenario gives a sigma; refined from the laser points",
+    [
+        "target.prior_offset_m",
+        "target.prior_turn_deg",
+        "target.prior_offset_sigma_m",
+        "target.prior_turn_sigma_deg"
+    ],
+    [],
+    SCENARIO
+);
+const GROSS_ERRORS: About = about!(
+    "gross_errors",
+    "gross errors",
+    "a share of the soundings, uniform within the largest error",
+    ["disturbance.gross_fraction", "disturbance.gross_range_m"],
+    [],
+    SCENARIO
+);
+const CLUTTER: About = about!(
+    "clutter",
+    "clutter",
+    "a share of soundings and returns, uniform along the beam before the target",
+    [
+        "disturbance.sonar_clutter_fraction",
+        "disturbance.laser_clutter_fraction"
+    ],
+    [],
+    SCENARIO
+);
+const MULTIPATH: About = about!(
+    "multipath",
+    "multipath",
+    "a share of soundings and returns, late by a uniform delay",
+    [
+        "disturbance.multipath_fraction",
+        "disturbance.multipath_delay_m"
+    ],
+    [],
+    SCENARIO
+);
+const BODIES: About = about!(
+    "bodies",
+    "bodies in the way",
+    "solid boxes at rest or moving; no chance in it",
+    ["disturbance.body"],
+    [],
+    SCENARIO
+);
 
 /// The sources that act in a scenario: those with a size and a factor above 0, in the order of their streams.
 ///
 /// Association errors have no draw of their own: they are what all sources together do to the ties, and are found by trials in which
-/// every observation is tied to the face that it truly struck ([`association`](super::interaction::association)).
+/// every observation is tied to the face that it truly struck.
 #[must_use]
 pub fn acting(scenario: &Scenario) -> Vec<Source> {
     let acts = |s: &Source| scenario.sources.factor(*s) > 0.0 && has_size(scenario, *s);
@@ -377,6 +367,22 @@ pub fn size(scenario: &Scenario, source: Source) -> Vec<(&'static str, String)> 
     about(source).keys.iter().filter_map(value).collect()
 }
 
+/// A source as a result has it, with its size in the scenario.
+#[must_use]
+pub fn described(scenario: &Scenario, source: Source) -> SourceDescription {
+    let about = about(source);
+    let owned = |(key, value): (&str, String)| (key.to_owned(), value);
+    let default = |(key, value): &(&str, f64)| ((*key).to_owned(), *value);
+    SourceDescription {
+        source: about.name.to_owned(),
+        title: about.title.to_owned(),
+        description: about.description.to_owned(),
+        size: size(scenario, source).into_iter().map(owned).collect(),
+        default: about.default.iter().map(default).collect(),
+        reference: about.reference.to_owned(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -400,15 +406,15 @@ mod tests {
         let files = [
             (
                 "span-lci",
-                include_str!("../../models/sensors/span-lci.toml"),
+                include_str!("../../../../models/sensors/span-lci.toml"),
             ),
             (
                 "riegl-vz-1000",
-                include_str!("../../models/sensors/riegl-vz-1000.toml"),
+                include_str!("../../../../models/sensors/riegl-vz-1000.toml"),
             ),
             (
                 "r2sonic-2024",
-                include_str!("../../models/sensors/r2sonic-2024.toml"),
+                include_str!("../../../../models/sensors/r2sonic-2024.toml"),
             ),
         ];
         let mut seen = 0;
