@@ -27,6 +27,7 @@ pub mod states;
 mod summary;
 pub mod survey;
 pub mod tiles;
+mod trials;
 pub mod verdict;
 
 pub use config::SeabedConfig;

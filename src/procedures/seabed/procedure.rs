@@ -8,15 +8,17 @@ use super::SeabedConfig;
 use super::joint::{JointError, overlap};
 use super::layout::Layout;
 use super::run::{SeabedInput, calibrate};
-use super::simulate::{DEMO, SeabedScenario, SeabedTruth, parse_scenario, simulate, write};
+use super::simulate::{Acts, DEMO, SeabedScenario, SeabedTruth, parse_scenario, simulate, write};
 use super::summary;
-use super::survey::{LoadedSeabed, load};
+use super::survey::{LoadedSeabed, SURVEY, load};
+use super::trials::SeabedTrials;
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
     Simulated, Uses, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
 use crate::ruled::Ruled;
+use crate::survey::schema::Key;
 
 /// A multibeam over natural seabed.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +35,10 @@ impl Procedure for SeabedProcedure {
 
     fn demo(&self) -> String {
         DEMO.to_owned()
+    }
+
+    fn survey_keys(&self) -> &'static [Key] {
+        SURVEY
     }
 
     fn uses(&self) -> Uses {
@@ -159,7 +165,7 @@ impl ScenarioRun for SeabedRun {
         progress: Progress<'_>,
     ) -> Result<Simulated, InputError> {
         progress(&format!("simulating {} with seed {seed}", self.name()));
-        let survey = simulate(&self.0, seed);
+        let survey = simulate(&self.0, seed, Acts::ALL);
         make_folder(folder)?;
         write::write(folder, &self.0, &survey)?;
         Ok(Simulated {
@@ -171,7 +177,9 @@ impl ScenarioRun for SeabedRun {
         })
     }
 
-    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
-        Ok(None)
+    fn tried(&self) -> Result<Box<dyn Tried + '_>, InputError> {
+        Ok(Box::new(SeabedTrials {
+            scenario: self.0.clone(),
+        }))
     }
 }

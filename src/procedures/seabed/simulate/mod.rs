@@ -78,9 +78,68 @@ const TURN_S: f64 = 60.0;
 /// The trajectory reaches this far beyond a line, seconds.
 const MARGIN_S: f64 = 2.0;
 
+/// What goes wrong in a simulation besides the mounting: factors on what the scenario says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Acts {
+    /// White noise of the INS.
+    pub white: f64,
+    /// Drift of the INS.
+    pub drift: f64,
+    /// Noise of range and angle.
+    pub sonar: f64,
+    /// Gross errors.
+    pub gross: f64,
+    /// Scale of the heave channel.
+    pub heave: f64,
+}
+
+impl Acts {
+    /// Everything as the scenario says.
+    pub const ALL: Self = Self::each(1.0);
+    /// Nothing.
+    pub const NONE: Self = Self::each(0.0);
+
+    const fn each(factor: f64) -> Self {
+        Self {
+            white: factor,
+            drift: factor,
+            sonar: factor,
+            gross: factor,
+            heave: factor,
+        }
+    }
+
+    /// The scenario with what really happens; what the survey claims is not in it.
+    fn applied(self, scenario: &SeabedScenario) -> SeabedScenario {
+        let mut real = scenario.clone();
+        let t = &mut real.trajectory;
+        for white in [
+            &mut t.position_sigma_m,
+            &mut t.roll_pitch_sigma_deg,
+            &mut t.heading_sigma_deg,
+        ] {
+            *white *= self.white;
+        }
+        for drift in [
+            &mut t.position_drift_sigma_m,
+            &mut t.height_drift_sigma_m,
+            &mut t.roll_pitch_drift_sigma_deg,
+            &mut t.heading_drift_sigma_deg,
+        ] {
+            *drift *= self.drift;
+        }
+        real.multibeam.range_sigma_m *= self.sonar;
+        real.multibeam.angle_sigma_deg *= self.sonar;
+        real.errors.gross *= self.gross;
+        real.errors.heave_scale *= self.heave;
+        real
+    }
+}
+
 /// Simulates a scenario under a seed.
 #[must_use]
-pub fn simulate(scenario: &SeabedScenario, seed: u64) -> Simulated {
+pub fn simulate(scenario: &SeabedScenario, seed: u64, acts: Acts) -> Simulated {
+    let scenario = &acts.applied(scenario);
     let boat = Boat::new(scenario, seed);
     let lines = boat.lines();
     let turn = scenario.multibeam.correction_deg;

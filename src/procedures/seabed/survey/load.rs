@@ -10,7 +10,9 @@ use crate::formats::{
 };
 use crate::geometry::ellipsoid::TargetPose;
 use crate::georef::local_trajectory;
-use crate::observe::{Outside, SoundSpeedProfile, SoundingRange, TrajectoryNoise};
+use crate::observe::{
+    GeodeticTrajectory, Outside, SoundSpeedProfile, SoundingRange, TrajectoryNoise,
+};
 use crate::results::InputFile;
 use crate::stats::median;
 use crate::survey::document::Document;
@@ -168,12 +170,24 @@ fn scene(
     };
     let gap_s = file.trajectory.max_gap_s;
     let geodetic = records.into_trajectory(file.site.ellipsoid, noise, gap_s, Outside::Drop);
+    scene_of(file, &geodetic, cast, observed)
+}
+
+/// The survey in memory from its observations.
+#[must_use]
+pub fn scene_of(
+    file: &SeabedSurveyFile,
+    geodetic: &GeodeticTrajectory,
+    cast: &SoundSpeedProfile,
+    observed: &SoundingRecords,
+) -> Scene {
+    let gap_s = file.trajectory.max_gap_s;
     let pose = TargetPose {
         ellipsoid: file.site.ellipsoid,
         origin: file.site.origin.geodetic(),
         azimuth_rad: 0.0,
     };
-    let trajectory = local_trajectory(&geodetic, &pose).trajectory;
+    let trajectory = local_trajectory(geodetic, &pose).trajectory;
     let nominal = file
         .multibeam
         .mounting_deg
@@ -183,7 +197,7 @@ fn scene(
     let level_m = file.site.water_level_m;
     let mut scene = Scene {
         heave_m: wave_heave_m(&trajectory, gap_s),
-        ins,
+        ins: file.ins(),
         water: water(level_m, cast, &soundings),
         lines,
         soundings,

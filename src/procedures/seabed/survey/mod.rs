@@ -5,4 +5,5 @@ mod keys;
 pub mod load;
 
 pub use file::SeabedSurveyFile;
+pub use keys::SURVEY;
 pub use load::{LoadedSeabed, load, parse_survey};
