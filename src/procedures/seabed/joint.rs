@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::config::SeabedConfig;
+use super::config::JointSettings;
 use super::field::{Field, Points};
 use super::model::{COUNT, Locator, Values};
 use super::normal::{Block, Normal, Part, Placed, Solved, Sought, block, sandwich_variances};
@@ -105,7 +105,7 @@ impl Joint {
 /// A solve under way.
 struct Work<'a> {
     scene: &'a Scene,
-    config: &'a SeabedConfig,
+    config: &'a JointSettings,
     states: States,
     values: Values,
     alive: Vec<bool>,
@@ -126,7 +126,7 @@ struct Passed {
 ///
 /// # Errors
 /// [`JointError`] where nothing can be solved; a solution that must not be used is the verdict's matter.
-pub fn joint(scene: &Scene, config: &SeabedConfig) -> Result<Joint, JointError> {
+pub fn joint(scene: &Scene, config: &JointSettings) -> Result<Joint, JointError> {
     let mut work = Work::new(scene, config);
     let screened = work.screen()?;
     work.field_of_single_lines()?;
@@ -148,10 +148,10 @@ pub struct Overlap {
 ///
 /// # Errors
 /// [`JointError`] where they do not.
-pub fn overlap(scene: &Scene, config: &SeabedConfig) -> Result<Overlap, JointError> {
+pub fn overlap(scene: &Scene, config: &JointSettings) -> Result<Overlap, JointError> {
     let mut work = Work::new(scene, config);
     work.screen()?;
-    let cut = work.cut(config.tile_m, 2, config.max_tiles, 0);
+    let cut = work.cut(config.seabed.tile_m, 2, config.seabed.max_tiles, 0);
     let tiles = work.overlap(cut.tiles(&work.candidates(COARSE_SOUNDINGS)?))?;
     Ok(Overlap {
         alive: work.alive,
@@ -171,7 +171,7 @@ const REDRAW: usize = 3;
 const SMALL_STEP: f64 = 0.03;
 
 impl<'a> Work<'a> {
-    fn new(scene: &'a Scene, config: &'a SeabedConfig) -> Self {
+    fn new(scene: &'a Scene, config: &'a JointSettings) -> Self {
         let states = States::new(&scene.lines, &scene.ins, scene.priors.line_height_m);
         Self {
             scene,
@@ -239,7 +239,7 @@ impl<'a> Work<'a> {
     fn cut(&self, side_m: f64, lines: usize, tiles: usize, seed: u64) -> Cut {
         Cut {
             side_m: side_m * self.scale,
-            most: self.config.soundings_per_tile,
+            most: self.config.seabed.soundings_per_tile,
             fewest: 6,
             lines,
             tiles,
@@ -261,7 +261,12 @@ impl<'a> Work<'a> {
                 .collect();
             let cut = Cut {
                 fewest: 20,
-                ..self.cut(self.config.tile_m, 1, FIELD_TILES.div_ceil(lines), 11)
+                ..self.cut(
+                    self.config.seabed.tile_m,
+                    1,
+                    FIELD_TILES.div_ceil(lines),
+                    11,
+                )
             };
             tiles.extend(cut.tiles(&own));
         }
@@ -296,7 +301,12 @@ impl<'a> Work<'a> {
     /// Angles and latency on wide tiles, with noise inflated at first so that a start far off still finds its way.
     fn coarse(&mut self) -> Result<(), JointError> {
         for pass in 0..COARSE_PASSES {
-            let cut = self.cut(10.0, 2, self.config.max_tiles.min(300), 20 + pass as u64);
+            let cut = self.cut(
+                10.0,
+                2,
+                self.config.seabed.max_tiles.min(300),
+                20 + pass as u64,
+            );
             let tiles = self.overlap(cut.tiles(&self.candidates(COARSE_SOUNDINGS)?))?;
             let mut sought = self.sought(false);
             sought.inflation = (100.0 * 0.25f64.powi(pass as i32)).max(1.0);
@@ -313,9 +323,14 @@ impl<'a> Work<'a> {
     fn fine(&mut self) -> Result<(Vec<Tile>, bool), JointError> {
         let mut tiles = vec![];
         let sought = self.sought(true);
-        for pass in 0..self.config.max_passes {
+        for pass in 0..self.config.seabed.max_passes {
             if pass == 0 || pass == REDRAW {
-                let cut = self.cut(self.config.tile_m, 2, self.config.max_tiles, pass as u64);
+                let cut = self.cut(
+                    self.config.seabed.tile_m,
+                    2,
+                    self.config.seabed.max_tiles,
+                    pass as u64,
+                );
                 tiles = self.overlap(cut.tiles(&self.candidates(usize::MAX)?))?;
             }
             if pass == REDRAW {
@@ -338,14 +353,14 @@ impl<'a> Work<'a> {
         let p = &self.scene.priors;
         let [right, forward] = p.lever_arm_m;
         let priors = [
-            p.range_scale * f64::from(u8::from(self.config.range_scale)),
+            p.range_scale * f64::from(u8::from(self.config.seabed.range_scale)),
             p.heave_scale,
             p.heave_lag_s,
             right,
             forward,
             p.deep_sound_speed,
         ];
-        let mut parameters = [true, true, true, self.config.latency].to_vec();
+        let mut parameters = [true, true, true, self.config.seabed.latency].to_vec();
         parameters.extend(priors.map(|sigma| fine && sigma > 0.0));
         Sought {
             parameters: std::array::from_fn(|k| parameters[k]),
@@ -420,7 +435,7 @@ impl<'a> Work<'a> {
     fn reject(&mut self, passed: &Passed) -> usize {
         let all = passed.blocks.iter().flat_map(|b| &b.standardised);
         let bad: Vec<u32> = all
-            .filter(|(_, w)| w.abs() > self.config.reject_sigmas)
+            .filter(|(_, w)| w.abs() > self.config.seabed.reject_sigmas)
             .map(|(k, _)| *k)
             .collect();
         for k in &bad {
@@ -449,7 +464,11 @@ impl<'a> Work<'a> {
         screened: usize,
     ) -> Result<Joint, JointError> {
         let sought = self.sought(true);
-        let passed = self.pass(&tiles, &sought, COARSE_PASSES + self.config.max_passes)?;
+        let passed = self.pass(
+            &tiles,
+            &sought,
+            COARSE_PASSES + self.config.seabed.max_passes,
+        )?;
         let sandwich = sandwich_variances(self.scene, &self.states, &passed.blocks, &passed.solved);
         let covariance = |a: usize, b: usize| {
             let held = !sought.parameters[a] || !sought.parameters[b];

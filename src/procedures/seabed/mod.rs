@@ -30,7 +30,7 @@ pub mod tiles;
 mod trials;
 pub mod verdict;
 
-pub use config::SeabedConfig;
+pub use config::{JointSettings, SeabedConfig};
 pub use joint::{Joint, JointError, joint};
 pub use layout::Layout;
 pub use reference::{Patch, PatchConfig, patch_test};

@@ -4,13 +4,12 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::SeabedConfig;
 use super::joint::{JointError, overlap};
 use super::layout::Layout;
 use super::run::{SeabedInput, calibrate};
 use super::simulate::{Acts, DEMO, SeabedScenario, SeabedTruth, parse_scenario, simulate, write};
 use super::summary;
-use super::survey::{LoadedSeabed, SURVEY, load};
+use super::survey::{LoadedSeabed, SeabedSurveyFile, load};
 use super::trials::SeabedTrials;
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
@@ -38,7 +37,7 @@ impl Procedure for SeabedProcedure {
     }
 
     fn survey_keys(&self) -> &'static [Key] {
-        SURVEY
+        SeabedSurveyFile::KEYS
     }
 
     fn uses(&self) -> Uses {
@@ -69,7 +68,7 @@ impl Loaded for LoadedSeabed {
         progress: Progress<'_>,
     ) -> Result<Finished, InputError> {
         let truth: Option<SeabedTruth> = truth.map(read_truth).transpose()?;
-        let config = self.file.config(settings.seed());
+        let config = self.file.joint(settings.seed());
         let input = SeabedInput {
             scene: &self.scene,
             method: settings.method,
@@ -86,7 +85,7 @@ impl Loaded for LoadedSeabed {
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
         progress("looking where the lines meet");
-        let config: SeabedConfig = self.file.config(settings.seed());
+        let config = self.file.joint(settings.seed());
         Ok(match overlap(&self.scene, &config) {
             Ok(met) => checked(self, &Layout::new(&self.scene, &met.tiles)),
             Err(error) => apart(self, &error),

@@ -1,6 +1,6 @@
 //! Both paths of a seabed calibration on one survey.
 
-use super::config::SeabedConfig;
+use super::config::JointSettings;
 use super::joint::{Joint, JointError, Overlap, joint, overlap};
 use super::layout::Layout;
 use super::reference::{Patch, PatchConfig, patch_test};
@@ -16,7 +16,7 @@ pub struct SeabedInput<'a> {
     /// Which paths run.
     pub method: Method,
     /// The joint path.
-    pub joint: &'a SeabedConfig,
+    pub joint: &'a JointSettings,
     /// The reference path.
     pub reference: &'a PatchConfig,
 }
@@ -62,7 +62,7 @@ pub fn calibrate(input: &SeabedInput<'_>) -> SeabedOutcome {
         reference: by_reference,
         joint: found.map(|found| {
             let found = found?;
-            let judged = judge(&found, &layout, input.joint);
+            let judged = judge(&found, &layout, &input.joint.seabed);
             Ok((found, judged))
         }),
         layout,

@@ -190,9 +190,9 @@ mod tests {
         let one = |k: u32| Candidate {
             sounding: k,
             line: (k % 2) as u16,
-            point_m: Vector3::new(f64::from(k % 97) * 0.3, f64::from(k / 97) * 0.7, -14.0),
+            point_m: Vector3::new(f64::from(k % 93) * 0.3, f64::from(k / 93) * 0.7, -14.0),
         };
-        (0..3000).map(one).collect()
+        (0..2790).map(one).collect()
     }
 
     fn cut() -> Cut {

@@ -20,26 +20,109 @@ pub(super) struct SeabedTrials {
     pub scenario: SeabedScenario,
 }
 
-/// Key and title of each source.
-const SOURCES: [(&str, &str); 5] = [
-    ("ins_white", "white noise of the INS"),
-    ("ins_drift", "drift of the INS"),
-    ("sonar", "noise of range and angle"),
-    ("gross", "gross errors"),
-    ("heave", "scale of the heave channel"),
-];
+/// A source: key, title, its size in the scenario in words, and the scenario with nothing else.
+struct Source {
+    key: &'static str,
+    title: &'static str,
+    size: String,
+    acts: Acts,
+}
 
-fn acts(acting: Acting) -> Acts {
+/// The sources that act in a scenario.
+fn acting(scenario: &SeabedScenario) -> Vec<Source> {
     let none = Acts::NONE;
-    match acting {
-        Acting::All | Acting::AllWithTrueTies => Acts::ALL,
-        Acting::None => none,
-        Acting::Only(0) => Acts { white: 1.0, ..none },
-        Acting::Only(1) => Acts { drift: 1.0, ..none },
-        Acting::Only(2) => Acts { sonar: 1.0, ..none },
-        Acting::Only(3) => Acts { gross: 1.0, ..none },
-        Acting::Only(_) => Acts { heave: 1.0, ..none },
-    }
+    let (t, m, e) = (&scenario.trajectory, &scenario.multibeam, &scenario.errors);
+    let largest = |all: &[f64]| all.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    let row = |key, title, value: f64, words: String, acts| {
+        (value != 0.0).then_some(Source {
+            key,
+            title,
+            size: words,
+            acts,
+        })
+    };
+    let white = largest(&[
+        t.position_sigma_m,
+        t.roll_pitch_sigma_deg,
+        t.heading_sigma_deg,
+    ]);
+    let drift = largest(&[
+        t.position_drift_sigma_m,
+        t.height_drift_sigma_m,
+        t.roll_pitch_drift_sigma_deg,
+        t.heading_drift_sigma_deg,
+    ]);
+    let all = [
+        row(
+            "ins_white",
+            "white noise of the INS",
+            white,
+            format!(
+                "{} m, {} deg, per record",
+                t.position_sigma_m, t.roll_pitch_sigma_deg
+            ),
+            Acts { white: 1.0, ..none },
+        ),
+        row(
+            "ins_drift",
+            "drift of the INS",
+            drift,
+            format!(
+                "{} m, {} deg, over {} s",
+                t.height_drift_sigma_m, t.roll_pitch_drift_sigma_deg, t.drift_correlation_time_s
+            ),
+            Acts { drift: 1.0, ..none },
+        ),
+        row(
+            "sonar",
+            "noise of range and angle",
+            largest(&[m.range_sigma_m, m.angle_sigma_deg]),
+            format!(
+                "{} m, {} deg, per sounding",
+                m.range_sigma_m, m.angle_sigma_deg
+            ),
+            Acts { sonar: 1.0, ..none },
+        ),
+        row(
+            "gross",
+            "gross errors",
+            e.gross,
+            format!("{} of the soundings", e.gross),
+            Acts { gross: 1.0, ..none },
+        ),
+        row(
+            "heave",
+            "scale and lag of the heave channel",
+            largest(&[e.heave_scale, e.heave_lag_s]),
+            format!("{} of the heave, {} s", e.heave_scale, e.heave_lag_s),
+            Acts { heave: 1.0, ..none },
+        ),
+        row(
+            "line_height",
+            "heights of the lines",
+            e.line_height_m,
+            format!("{} m, once per line", e.line_height_m),
+            Acts {
+                heights: 1.0,
+                ..none
+            },
+        ),
+        row(
+            "profile",
+            "error of the sound-speed profile",
+            e.profile,
+            format!("{} of the speed at 20 m", e.profile),
+            Acts { water: 1.0, ..none },
+        ),
+        row(
+            "lever_arm",
+            "error of the lever arm",
+            largest(&m.lever_arm_sigma_m),
+            format!("{} m, once per axis", largest(&m.lever_arm_sigma_m)),
+            Acts { arm: 1.0, ..none },
+        ),
+    ];
+    all.into_iter().flatten().collect()
 }
 
 /// Errors of pitch, roll, yaw (radians) and latency (seconds).
@@ -47,6 +130,16 @@ fn errors(values: &super::model::Values, truth: &SeabedTruth) -> Vec<f64> {
     let true_rotation = Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
     let turn = rotation::log(&(values.mounting.rotation * true_rotation.transpose()));
     vec![turn.x, turn.y, turn.z, values.latency_s - truth.latency_s]
+}
+
+impl SeabedTrials {
+    fn acts(&self, which: Acting) -> Acts {
+        match which {
+            Acting::All | Acting::AllWithTrueTies => Acts::ALL,
+            Acting::None => Acts::NONE,
+            Acting::Only(place) => acting(&self.scenario)[place].acts,
+        }
+    }
 }
 
 impl Tried for SeabedTrials {
@@ -91,18 +184,25 @@ impl Tried for SeabedTrials {
         ]
     }
 
-    fn sources(&self) -> Vec<SourceDescription> {
-        let one = |(source, title): (&str, &str)| SourceDescription {
-            source: source.to_owned(),
-            title: title.to_owned(),
-            description: "as the scenario says".to_owned(),
-            ..SourceDescription::default()
-        };
-        SOURCES.into_iter().map(one).collect()
+    fn check(&self) -> Result<(), String> {
+        match self.scenario.faults() {
+            faults if faults.is_empty() => Ok(()),
+            faults => Err(format!("scenario: {}", faults.join("; "))),
+        }
     }
 
-    fn trial(&self, seed: u64, acting: Acting) -> Trial {
-        let survey = simulate(&self.scenario, seed, acts(acting));
+    fn sources(&self) -> Vec<SourceDescription> {
+        let one = |source: Source| SourceDescription {
+            source: source.key.to_owned(),
+            title: source.title.to_owned(),
+            description: source.size,
+            ..SourceDescription::default()
+        };
+        acting(&self.scenario).into_iter().map(one).collect()
+    }
+
+    fn trial(&self, seed: u64, which: Acting) -> Trial {
+        let survey = simulate(&self.scenario, seed, self.acts(which));
         let file = write::survey_file(&self.scenario, &survey);
         let observed = write::soundings(&self.scenario, &survey.shots);
         let records = SoundingRecords {
@@ -117,13 +217,13 @@ impl Tried for SeabedTrials {
         let scene = scene_of(
             &file,
             &trajectory,
-            &write::profile(&self.scenario),
+            &write::profile(&self.scenario, &survey),
             &records,
         );
         let found = calibrate(&SeabedInput {
             scene: &scene,
             method: Method::Both,
-            joint: &file.config(seed),
+            joint: &file.joint(seed),
             reference: &file.reference,
         });
         let joint = match found.joint {
@@ -154,7 +254,7 @@ impl Tried for SeabedTrials {
 
     fn varied(&self, point: &Point) -> Result<Box<dyn Tried>, VaryError> {
         Ok(Box::new(Self {
-            scenario: at(&self.scenario, point, &[], |_| vec![])?,
+            scenario: at(&self.scenario, point, &[], SeabedScenario::faults)?,
         }))
     }
 }

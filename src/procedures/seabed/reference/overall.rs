@@ -240,7 +240,7 @@ mod tests {
     /// The printed sign of a13 is wrong: with it the derivative of the northing difference with heading has the other sign.
     #[test]
     fn a13_has_the_sign_of_the_model() {
-        let [a, b] = matches(&TRUTH)[1];
+        let [a, b] = matches(&TRUTH)[3];
         let difference = |heading: f64| {
             let at = Overall {
                 heading_rad: heading,

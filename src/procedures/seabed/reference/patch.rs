@@ -14,32 +14,37 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::super::layout::{Layout, Pair, PairKind};
 use super::super::model::{Locator, Values};
 use super::super::scene::Scene;
 use super::super::states::States;
 use super::super::tiles::{Cell, depth_scale};
+use crate::survey::limits::limits;
+use crate::survey::schema::Kind;
+use crate::survey::section::section;
 
-/// `[reference]`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PatchConfig {
-    /// The order in which the parameters are found.
-    pub order: String,
-    /// How often the whole order is gone through.
-    pub rounds: usize,
-}
-
-impl Default for PatchConfig {
-    fn default() -> Self {
-        Self {
-            order: "latency-pitch-yaw-roll".to_owned(),
-            rounds: 1,
-        }
+section! {
+    #[settings]
+    /// `[reference]`.
+    #[derive(Clone, Debug, PartialEq, Eq)]
+    pub struct PatchConfig {
+        /// The order in which the parameters are found; the first is that of the IHO manual.
+        order: String = or ("latency-pitch-yaw-roll".to_owned()), Kind::OneOf(ORDERS);
+        /// How often the whole order is gone through.
+        rounds: usize = or (1), Kind::Count(limits(1.0, 10.0, "1 to 10"));
     }
 }
+
+/// The orders that Li 2019 lists.
+const ORDERS: &[&str] = &[
+    "latency-pitch-yaw-roll",
+    "latency-pitch-roll-yaw",
+    "latency-roll-pitch-yaw",
+    "roll-latency-pitch-yaw",
+    "roll-yaw-latency-pitch",
+];
 
 /// What one step of the test found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -371,13 +376,7 @@ mod tests {
 
     #[test]
     fn every_listed_order_names_all_four() {
-        for order in [
-            "latency-pitch-yaw-roll",
-            "latency-pitch-roll-yaw",
-            "latency-roll-pitch-yaw",
-            "roll-latency-pitch-yaw",
-            "roll-yaw-latency-pitch",
-        ] {
+        for order in ORDERS {
             let mut columns: Vec<_> = order
                 .split('-')
                 .filter_map(Sought::of)

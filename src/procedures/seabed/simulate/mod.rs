@@ -67,6 +67,10 @@ pub struct Simulated {
     pub shots: Vec<Shot>,
     /// Lines.
     pub lines: Vec<Line>,
+    /// What the survey says of its lever arm, metres.
+    pub lever_arm_m: [f64; 3],
+    /// Relative error of the survey's profile at the reference depth.
+    pub profile_error: f64,
     /// Truth.
     pub truth: SeabedTruth,
 }
@@ -89,8 +93,14 @@ pub struct Acts {
     pub sonar: f64,
     /// Gross errors.
     pub gross: f64,
-    /// Scale of the heave channel.
+    /// Scale and lag of the heave channel.
     pub heave: f64,
+    /// Heights of the lines.
+    pub heights: f64,
+    /// Error of the profile.
+    pub water: f64,
+    /// Error of the lever arm.
+    pub arm: f64,
 }
 
 impl Acts {
@@ -106,6 +116,9 @@ impl Acts {
             sonar: factor,
             gross: factor,
             heave: factor,
+            heights: factor,
+            water: factor,
+            arm: factor,
         }
     }
 
@@ -132,6 +145,10 @@ impl Acts {
         real.multibeam.angle_sigma_deg *= self.sonar;
         real.errors.gross *= self.gross;
         real.errors.heave_scale *= self.heave;
+        real.errors.heave_lag_s *= self.heave;
+        real.errors.line_height_m *= self.heights;
+        real.errors.profile *= self.water;
+        real.multibeam.lever_arm_sigma_m = real.multibeam.lever_arm_sigma_m.map(|s| s * self.arm);
         real
     }
 }
@@ -146,7 +163,12 @@ pub fn simulate(scenario: &SeabedScenario, seed: u64, acts: Acts) -> Simulated {
     let nominal = scenario.multibeam.mounting_deg.mounting([0.0; 3]);
     let correction = Vector3::new(turn.pitch, turn.roll, turn.yaw).map(f64::to_radians);
     let mounting = rotation::exp(&correction) * nominal.rotation;
+    let mut of_arm = stream(seed, 7);
+    let m = &scenario.multibeam;
+    let said = |k: usize| m.lever_arm_m[k] + normal(&mut of_arm, m.lever_arm_sigma_m[k]);
     Simulated {
+        lever_arm_m: std::array::from_fn(said),
+        profile_error: scenario.errors.profile,
         records: records(scenario, &boat, &lines, seed),
         shots: shots(scenario, &boat, &lines, &mounting, seed),
         truth: SeabedTruth {
@@ -223,6 +245,13 @@ impl<'a> Boat<'a> {
         each.collect()
     }
 
+    /// What the heave channel measures too much.
+    fn false_heave_m(&self, time_s: f64) -> f64 {
+        let errors = &self.scenario.errors;
+        let measured = self.heave.at(time_s - errors.heave_lag_s) * (1.0 + errors.heave_scale);
+        measured - self.heave.at(time_s)
+    }
+
     /// Position and attitude on a line at a time.
     fn pose(&self, number: usize, line: &Line, time_s: f64) -> (Vector3<f64>, Matrix3<f64>) {
         let course = &self.scenario.line[number];
@@ -291,6 +320,11 @@ fn records(scenario: &SeabedScenario, boat: &Boat<'_>, lines: &[Line], seed: u64
         t.roll_pitch_sigma_deg.to_radians(),
         t.heading_sigma_deg.to_radians(),
     ];
+    let mut of_lines = stream(seed, 6);
+    let offsets_m: Vec<f64> = lines
+        .iter()
+        .map(|_| normal(&mut of_lines, scenario.errors.line_height_m))
+        .collect();
     let mut all = vec![];
     for (number, line) in lines.iter().enumerate() {
         let first = ((line.start_s - MARGIN_S) * scenario.trajectory_rate_hz).ceil() as i64;
@@ -301,8 +335,8 @@ fn records(scenario: &SeabedScenario, boat: &Boat<'_>, lines: &[Line], seed: u64
             let error: [f64; 6] = std::array::from_fn(|c| {
                 drifts[c].at(time_s, &mut draws) + normal(&mut draws, white[c])
             });
-            let heave = boat.heave.at(time_s) * scenario.errors.heave_scale;
-            let shift = Vector3::new(error[0], error[1], error[2] + heave);
+            let shift = Vector3::new(error[0], error[1], error[2] + boat.false_heave_m(time_s));
+            let shift = shift + Vector3::z() * offsets_m[number];
             let turn = rotation::exp(&Vector3::new(error[3], error[4], error[5]));
             all.push(Record {
                 time_s,
@@ -314,6 +348,22 @@ fn records(scenario: &SeabedScenario, boat: &Boat<'_>, lines: &[Line], seed: u64
     all
 }
 
+/// The rectangle that the lines' swaths cover, generously: two corners.
+fn area(scenario: &SeabedScenario) -> [Vector2<f64>; 2] {
+    let ends = scenario.line.iter().flat_map(|l| [l.from_m, l.to_m]);
+    let reach = Vector2::repeat(4.0 * scenario.bed.depth_m);
+    let wide = |(low, high): (Vector2<f64>, Vector2<f64>), end: [f64; 2]| {
+        let end = Vector2::from(end);
+        (low.inf(&end), high.sup(&end))
+    };
+    let nothing = (
+        Vector2::repeat(f64::INFINITY),
+        Vector2::repeat(-f64::INFINITY),
+    );
+    let (low, high) = ends.fold(nothing, wide);
+    [low - reach, high + reach]
+}
+
 /// All soundings.
 fn shots(
     scenario: &SeabedScenario,
@@ -322,7 +372,7 @@ fn shots(
     mounting: &Matrix3<f64>,
     seed: u64,
 ) -> Vec<Shot> {
-    let bed = Seabed::new(&scenario.bed, seed);
+    let bed = Seabed::new(&scenario.bed, area(scenario), seed);
     let m = &scenario.multibeam;
     let mut draws = stream(seed, 4);
     let (mut all, mut ping) = (vec![], 0);
@@ -358,7 +408,7 @@ fn shots(
             ping += 1;
         }
     }
-    spoil(&mut all, scenario.errors.gross, &mut draws);
+    spoil(&mut all, scenario.errors.gross, m.beams, &mut draws);
     all
 }
 
@@ -379,16 +429,28 @@ fn strike(bed: &Seabed, from: &Vector3<f64>, direction: &Vector3<f64>) -> Option
     None
 }
 
-/// Gross errors: half single, half in clusters of eight neighbouring soundings; 2 to 15 % short or long.
-fn spoil(shots: &mut [Shot], part: f64, draws: &mut ChaCha8Rng) {
+/// Gross errors: a third single, a third in clusters of eight neighbouring soundings, a third in bursts of half a swath; 2 to 15 % short
+/// or long, a burst anywhere in the water.
+fn spoil(shots: &mut [Shot], part: f64, beams: u32, draws: &mut ChaCha8Rng) {
     let wanted = (part * shots.len() as f64) as usize;
+    let half = (beams as usize / 2).max(1);
     let mut done = 0;
     while done < wanted && !shots.is_empty() {
-        let size = if draws.random_bool(1.0 / 9.0) { 8 } else { 1 };
+        let left = wanted - done;
+        let size = match 3 * left / wanted.max(1) {
+            0 => half,
+            1 => 8,
+            _ => 1,
+        };
         let first = draws.random_range(0..shots.len());
-        let off = draws.random_range(0.02..0.15) * if draws.random_bool(0.7) { -1.0 } else { 1.0 };
+        let sign = if draws.random_bool(0.7) { -1.0 } else { 1.0 };
+        let off = draws.random_range(0.02..0.15) * sign;
         for shot in shots.iter_mut().skip(first).take(size) {
-            shot.two_way_s *= 1.0 + off;
+            shot.two_way_s *= if size == half {
+                draws.random_range(0.2..0.97)
+            } else {
+                1.0 + off
+            };
             shot.gross = true;
         }
         done += size;

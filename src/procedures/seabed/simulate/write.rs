@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
+use super::super::scene::REFERENCE_DEPTH_M;
 use super::super::survey::file::{
     LineSection, MultibeamSection, SeabedSurveyFile, SoundSpeedSection, TrajectorySection,
 };
@@ -29,17 +30,17 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
         },
         sound_speed: SoundSpeedSection {
             profile: "sound_speed.csv".to_owned(),
-            profile_sigma: 0.002,
+            profile_sigma: scenario.profile_sigma,
         },
         multibeam: MultibeamSection {
             path: "multibeam.csv".to_owned(),
-            lever_arm_m: m.lever_arm_m,
-            lever_arm_sigma_m: [0.005, 0.005, 0.01],
+            lever_arm_m: survey.lever_arm_m,
+            lever_arm_sigma_m: m.lever_arm_sigma_m,
             mounting_deg: m.mounting_deg,
             range_sigma_m: m.range_sigma_m,
             angle_sigma_deg: m.angle_sigma_deg,
             angle_sigma_growth: m.angle_sigma_growth,
-            max_angle_deg: 62.0,
+            max_angle_deg: (m.half_swath_deg - 2.0).clamp(5.0, 65.0),
         },
         seabed: scenario.seabed.clone(),
         reference: scenario.reference.clone(),
@@ -55,12 +56,21 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
     }
 }
 
-/// The water: one speed from the surface down.
+/// The water as the survey knows it: one speed from the surface down, with an error that grows from the transducer on.
 #[must_use]
-pub fn profile(scenario: &SeabedScenario) -> SoundSpeedProfile {
+pub fn profile(scenario: &SeabedScenario, survey: &Simulated) -> SoundSpeedProfile {
+    let deepest_m = 100.0 + 3.0 * scenario.bed.depth_m;
+    let transducer_m = -scenario.multibeam.lever_arm_m[2].min(0.0);
+    let depth_m = vec![0.0, transducer_m, deepest_m];
+    let off = |depth: &f64| {
+        1.0 + survey.profile_error * (depth - transducer_m).max(0.0) / REFERENCE_DEPTH_M
+    };
     SoundSpeedProfile {
-        depth_m: vec![0.0, 100.0],
-        speed_m_s: vec![scenario.sound_speed_m_s; 2],
+        speed_m_s: depth_m
+            .iter()
+            .map(|d| scenario.sound_speed_m_s * off(d))
+            .collect(),
+        depth_m,
     }
 }
 
@@ -150,7 +160,7 @@ pub fn write(
         &folder.join("multibeam.csv"),
         &soundings(scenario, &survey.shots),
     )?;
-    sound_speed_csv::write(&folder.join("sound_speed.csv"), &profile(scenario))?;
+    sound_speed_csv::write(&folder.join("sound_speed.csv"), &profile(scenario, survey))?;
     let path = folder.join("survey.toml");
     let text = toml::to_string(&survey_file(scenario, survey))
         .map_err(|e| FormatError::unwritable(&path, &e))?;

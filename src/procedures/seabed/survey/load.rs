@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::super::scene::{Line, Scene, Sounding, Water, wave_heave_m};
 use super::file::SeabedSurveyFile;
-use super::keys;
 use crate::formats::{
     SoundingRecords, TrajectoryRecords, read_soundings, read_trajectory, sound_speed_csv,
 };
@@ -85,7 +84,7 @@ pub fn parse_survey(
     folder: Option<&Path>,
 ) -> Result<SeabedSurveyFile, SurveyError> {
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
-    let mut problems = schema::check(&document, keys::SURVEY);
+    let mut problems = schema::check(&document, SeabedSurveyFile::KEYS);
     let missing = folder.map(|folder| missing_files(&document, folder, FILES));
     problems.extend(missing.into_iter().flatten());
     none_of(problems)?;
