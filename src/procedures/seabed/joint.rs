@@ -13,6 +13,7 @@ use super::normal::{Block, Normal, Part, Placed, Solved, Sought, block, sandwich
 use super::reml::{Bounds, restricted_likelihood};
 use super::scene::Scene;
 use super::screen::Screen;
+use super::shared::shared_noise;
 use super::states::States;
 use super::tiles::{Candidate, Cut, Tile, depth_scale};
 
@@ -162,11 +163,14 @@ pub fn overlap(scene: &Scene, config: &JointSettings) -> Result<Overlap, JointEr
 /// Soundings of which the coarse phase and the field's tiles are drawn at most.
 const COARSE_SOUNDINGS: usize = 300_000;
 /// Tiles that the field's parameters are estimated from.
-const FIELD_TILES: usize = 32;
+const FIELD_TILES: usize = 64;
 /// Passes of the coarse phase.
 const COARSE_PASSES: usize = 5;
 /// Before this fine pass the tiles are drawn anew.
 const REDRAW: usize = 3;
+/// Before these fine passes the field is estimated again, of what the residuals have left: gross errors that were still there at the
+/// time before make its noise too large.
+const FIELD_AGAIN: [usize; 2] = [REDRAW, REDRAW + 2];
 /// A step below this, in sigmas, is the end.
 const SMALL_STEP: f64 = 0.03;
 
@@ -333,7 +337,7 @@ impl<'a> Work<'a> {
                 );
                 tiles = self.overlap(cut.tiles(&self.candidates(usize::MAX)?))?;
             }
-            if pass == REDRAW {
+            if FIELD_AGAIN.contains(&pass) {
                 self.estimate_field(&tiles)?;
             }
             let passed = self.pass(&tiles, &sought, COARSE_PASSES + pass)?;
@@ -342,7 +346,7 @@ impl<'a> Work<'a> {
             let small =
                 self.note("fine", &tiles, &passed, &sought, dropped) < SMALL_STEP && dropped == 0;
             self.values = self.values.stepped(&passed.solved.step);
-            if small && pass > REDRAW + 1 {
+            if small && pass > FIELD_AGAIN[1] {
                 return Ok((tiles, true));
             }
         }
@@ -470,12 +474,19 @@ impl<'a> Work<'a> {
             COARSE_PASSES + self.config.seabed.max_passes,
         )?;
         let sandwich = sandwich_variances(self.scene, &self.states, &passed.blocks, &passed.solved);
+        let shared = shared_noise(
+            &self.locator()?,
+            &tiles,
+            &self.alive,
+            (&self.field, &sought),
+            &passed.solved,
+        );
         let covariance = |a: usize, b: usize| {
             let held = !sought.parameters[a] || !sought.parameters[b];
             if held {
                 0.0
             } else {
-                passed.solved.covariance(a, b)
+                passed.solved.covariance(a, b) + shared[(a, b)]
             }
         };
         Ok(Joint {

@@ -6,6 +6,7 @@
 //! | [`scene`], [`model`], [`states`] | the survey in memory; from observation to seabed with derivatives; INS drift |
 //! | [`screen`], [`tiles`], [`field`], [`reml`] | gross errors; pieces of seabed; collocation; the field's parameters |
 //! | [`normal`], [`joint()`] | the adjustment |
+//! | [`shared`] | what soundings of one ping have in common |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
 //! | [`simulate`](mod@simulate) | surveys of a known seabed |
 //! | [`reference`](mod@reference) | the classical patch test, and the paper's overall adjustment |
@@ -22,6 +23,7 @@ pub mod reml;
 pub mod run;
 pub mod scene;
 pub mod screen;
+pub mod shared;
 pub mod simulate;
 pub mod states;
 mod summary;

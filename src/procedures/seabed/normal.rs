@@ -127,57 +127,16 @@ pub fn block(
     sought: &Sought,
     part: Part,
 ) -> Option<Block> {
-    let (scene, states) = (locator.scene, locator.states);
-    if placed.numbers.len() < 6 {
-        return None;
-    }
-    let mut points = placed.points.clone();
-    for noise in &mut points.noise {
-        noise.sonar_m2 *= sought.inflation;
-        noise.ins_m2 *= sought.inflation;
-    }
-    let found = points.collocate(field)?;
-    let unknowns = unknowns(scene, states, placed, sought);
-    let columns = unknowns.len() + WARPS;
-    let factor = field.noise_factor * field.noise_factor * sought.inflation;
-    let mut rows = Rows {
-        jacobian: DMatrix::zeros(placed.numbers.len(), columns),
-        trace: DVector::zeros(columns),
-        found: &found,
-    };
-    for k in 0..placed.numbers.len() {
-        let adjusted = placed.adjusted(scene, factor, &found, k);
-        let located = &placed.located[k];
-        let deep_m = locator.deep_m(placed.numbers[k] as usize, located, &adjusted);
-        let columns = located.columns(&adjusted, deep_m);
-        for (c, unknown) in unknowns.iter().enumerate() {
-            if *unknown < COUNT {
-                rows.set(k, c, &part.of(columns[*unknown]));
-            }
-        }
-        each_state(
-            scene,
-            states,
-            placed,
-            k,
-            sought,
-            |component, state, weight| {
-                if let Ok(c) = unknowns.binary_search(&(COUNT + state)) {
-                    rows.set(k, c, &(located.state_column(component, &adjusted) * weight));
-                }
-            },
-        );
-        rows.set_warps(k, unknowns.len(), &(points.at_m[k].xy() / sought.warp_m));
-    }
-    let (information, score) = rows.without_warps(unknowns.len())?;
-    let standardised = |k: usize| (placed.numbers[k], found.standardised(k));
+    let rows = Rows::new(locator, placed, field, sought, part)?;
+    let (information, score) = rows.without_warps()?;
+    let standardised = |k: usize| (placed.numbers[k], rows.found.standardised(k));
     Some(Block {
-        unknowns,
         information,
         score,
-        omega: found.omega,
+        omega: rows.found.omega,
         freedom: placed.numbers.len() - 3,
         standardised: (0..placed.numbers.len()).map(standardised).collect(),
+        unknowns: rows.unknowns,
     })
 }
 
@@ -223,40 +182,132 @@ fn unknowns(scene: &Scene, states: &States, placed: &Placed, sought: &Sought) ->
     all
 }
 
-/// The Jacobian of a tile while it is filled, and its trace terms.
-struct Rows<'a> {
+/// The Jacobian of a tile with its trace terms; behind the unknowns stand the columns of the warps.
+pub(super) struct Rows {
+    /// Numbers of the unknowns, ascending.
+    pub unknowns: Vec<usize>,
+    /// The collocation.
+    pub found: Collocation,
+    /// How far each observation is adjusted.
+    pub adjusted: Vec<Adjusted>,
     jacobian: DMatrix<f64>,
     trace: DVector<f64>,
-    found: &'a Collocation,
 }
 
-impl Rows<'_> {
+impl Rows {
+    /// Of a tile; `None` where too few soundings are left or the matrices are singular.
+    pub fn new(
+        locator: &Locator<'_>,
+        placed: &Placed,
+        field: &Field,
+        sought: &Sought,
+        part: Part,
+    ) -> Option<Self> {
+        if placed.numbers.len() < 6 {
+            return None;
+        }
+        let mut points = placed.points.clone();
+        for noise in &mut points.noise {
+            noise.sonar_m2 *= sought.inflation;
+            noise.ins_m2 *= sought.inflation;
+        }
+        let found = points.collocate(field)?;
+        let unknowns = unknowns(locator.scene, locator.states, placed, sought);
+        let factor = field.noise_factor * field.noise_factor * sought.inflation;
+        let count = placed.numbers.len();
+        let adjusted = |k| placed.adjusted(locator.scene, factor, &found, k);
+        let columns = unknowns.len() + WARPS;
+        let mut rows = Self {
+            adjusted: (0..count).map(adjusted).collect(),
+            jacobian: DMatrix::zeros(count, columns),
+            trace: DVector::zeros(columns),
+            unknowns,
+            found,
+        };
+        for k in 0..count {
+            rows.set_parameters(locator, placed, part, k);
+            rows.set_states(locator, placed, sought, k);
+            rows.set_warps(k, &(points.at_m[k].xy() / sought.warp_m));
+        }
+        Some(rows)
+    }
+
+    fn set_parameters(&mut self, locator: &Locator<'_>, placed: &Placed, part: Part, k: usize) {
+        let (located, adjusted) = (&placed.located[k], self.adjusted[k]);
+        let deep_m = locator.deep_m(placed.numbers[k] as usize, located, &adjusted);
+        let columns = located.columns(&adjusted, deep_m);
+        for c in 0..self.unknowns.partition_point(|unknown| *unknown < COUNT) {
+            self.set(k, c, &part.of(columns[self.unknowns[c]]));
+        }
+    }
+
+    fn set_states(&mut self, locator: &Locator<'_>, placed: &Placed, sought: &Sought, k: usize) {
+        let adjusted = self.adjusted[k];
+        let (scene, states) = (locator.scene, locator.states);
+        each_state(
+            scene,
+            states,
+            placed,
+            k,
+            sought,
+            |component, state, weight| {
+                if let Ok(c) = self.unknowns.binary_search(&(COUNT + state)) {
+                    let moved = placed.located[k].state_column(component, &adjusted);
+                    self.set(k, c, &(moved * weight));
+                }
+            },
+        );
+    }
+
     /// Adds that the unknown of column `c` moves sounding `k` by `moved`.
     fn set(&mut self, k: usize, c: usize, moved: &Vector3<f64>) {
-        let (slope, trace) = (&self.found.slopes[k], &self.found.trace[k]);
-        self.jacobian[(k, c)] += moved.z - slope.x * moved.x - slope.y * moved.y;
+        let trace = &self.found.trace[k];
+        self.jacobian[(k, c)] += self.off_bed_m(k, moved);
         self.trace[c] += trace.x * moved.x + trace.y * moved.y;
     }
 
-    fn set_warps(&mut self, k: usize, first: usize, place: &Vector2<f64>) {
+    /// How far sounding `k` leaves the bed when it moves by `moved`.
+    pub fn off_bed_m(&self, k: usize, moved: &Vector3<f64>) -> f64 {
+        let slope = &self.found.slopes[k];
+        moved.z - slope.x * moved.x - slope.y * moved.y
+    }
+
+    fn set_warps(&mut self, k: usize, place: &Vector2<f64>) {
+        let first = self.unknowns.len();
         for (c, g) in [1.0, place.x, place.y].into_iter().enumerate() {
             self.set(k, first + 2 * c, &Vector3::new(g, 0.0, 0.0));
             self.set(k, first + 2 * c + 1, &Vector3::new(0.0, g, 0.0));
         }
     }
 
-    /// Information and score of the first `kept` columns after the warps, known to a metre, are eliminated.
-    fn without_warps(&self, kept: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    /// What takes the warps, known to a metre, out of the unknowns: unknowns by warps.
+    fn eliminating(&self, weighted: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let kept = self.unknowns.len();
+        let warps = self.jacobian.columns(kept, WARPS);
+        let normal = warps.tr_mul(&weighted.columns(kept, WARPS)) + DMatrix::identity(WARPS, WARPS);
+        let coupling = warps.tr_mul(&weighted.columns(0, kept));
+        Some(normal.cholesky()?.solve(&coupling).transpose())
+    }
+
+    /// Information and score of the unknowns after the warps are eliminated.
+    fn without_warps(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let kept = self.unknowns.len();
         let weighted = &self.found.precision * &self.jacobian;
         let normal = self.jacobian.tr_mul(&weighted);
         let score = -(self.jacobian.tr_mul(&self.found.alpha) + &self.trace);
-        let warp = normal.view((kept, kept), (WARPS, WARPS)) + DMatrix::identity(WARPS, WARPS);
-        let coupling = normal.view((0, kept), (kept, WARPS)).into_owned();
-        let factor = warp.cholesky()?;
-        let eliminated = factor.solve(&coupling.transpose());
-        let information = normal.view((0, 0), (kept, kept)) - &coupling * &eliminated;
-        let reduced = score.rows(0, kept) - eliminated.tr_mul(&score.rows(kept, WARPS));
+        let eliminating = self.eliminating(&weighted)?;
+        let coupling = normal.view((kept, 0), (WARPS, kept));
+        let information = normal.view((0, 0), (kept, kept)) - &eliminating * coupling;
+        let reduced = score.rows(0, kept) - &eliminating * score.rows(kept, WARPS);
         Some((information, reduced))
+    }
+
+    /// How the score of the unknowns falls as each sounding's height grows: soundings by unknowns.
+    pub fn pulls(&self) -> Option<DMatrix<f64>> {
+        let kept = self.unknowns.len();
+        let weighted = &self.found.precision * &self.jacobian;
+        let eliminating = self.eliminating(&weighted)?;
+        Some(weighted.columns(0, kept) - weighted.columns(kept, WARPS) * eliminating.transpose())
     }
 }
 

@@ -7,9 +7,11 @@ use serde_json::{Value, json};
 use super::joint::{JointError, overlap};
 use super::layout::Layout;
 use super::run::{SeabedInput, calibrate};
-use super::simulate::{Acts, DEMO, SeabedScenario, SeabedTruth, parse_scenario, simulate, write};
+use super::simulate::{Acts, SeabedTruth, simulate};
 use super::summary;
-use super::survey::{LoadedSeabed, SeabedSurveyFile, load};
+use super::survey::{
+    DEMO, LoadedSeabed, SeabedScenario, SeabedSurveyFile, load, parse_scenario, write,
+};
 use super::trials::SeabedTrials;
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use serde_json::json;
 
 use super::joint::{Joint, JointError};
@@ -13,11 +13,13 @@ use super::scene::Scene;
 use super::simulate::SeabedTruth;
 use super::verdict::{Judgement, Reason};
 use crate::adjust::Unit;
+use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
 use crate::calibrate::solution::{Mounted, iterations, matrices, parameter};
+use crate::geometry::rotation;
 use crate::results::{
-    AgainstTruth, Calibration, Finding, Page, Parameter, Provenance, SCHEMA, SensorCounts,
-    Severity, Solution, Solutions, Status, TextTable, TruthRow, Verdict,
+    AgainstTruth, Calibration, Comparison, Difference, Finding, Page, Parameter, Provenance,
+    SCHEMA, SensorCounts, Severity, Solution, Solutions, Status, TextTable, TruthRow, Verdict,
 };
 
 /// Columns of the mounting's six; the lever arm upwards is held and has none.
@@ -63,8 +65,8 @@ pub(super) fn result(
         reason: verdict.reason(),
         verdict,
         counts: counts(outcome, input.scene, read),
+        comparison: comparison(outcome),
         solutions,
-        comparison: None,
         residual_rms_m: BTreeMap::new(),
         notes: notes(outcome),
         details: details(outcome),
@@ -251,6 +253,39 @@ fn by_patch_test(found: &Result<Patch, JointError>, scene: &Scene) -> Solution {
     }
 }
 
+/// The patch test minus the joint path: what both found, in the metric of the joint covariance.
+fn comparison(outcome: &SeabedOutcome) -> Option<Comparison> {
+    let (joint, judged) = outcome.joint.as_ref()?.as_ref().ok()?;
+    let patch = outcome.reference.as_ref()?.as_ref().ok()?;
+    let both: Vec<usize> = (0..4)
+        .filter(|k| patch.found[*k] && judged.determined[*k])
+        .collect();
+    let (ours, theirs) = (&joint.values, &patch.values);
+    let turn = rotation::log(&(theirs.mounting.rotation * ours.mounting.rotation.transpose()));
+    let all = [turn.x, turn.y, turn.z, theirs.latency_s - ours.latency_s];
+    let d = DVector::from_iterator(both.len(), both.iter().map(|k| all[*k]));
+    let covariance = DMatrix::from_fn(both.len(), both.len(), |i, j| {
+        joint.covariance[both[i]][both[j]]
+    });
+    let (chi_square, degrees, p_value) = metric::chi_square(&d, &covariance)?;
+    let difference = |k: &usize| {
+        let unit = if *k < 3 { Unit::Radian } else { Unit::Second };
+        let (difference, word) = readable(all[*k], unit);
+        Difference {
+            name: PARAMETERS[*k].0.to_owned(),
+            unit: word.to_owned(),
+            difference,
+            in_joint_sigmas: all[*k] / joint.sigma(*k),
+        }
+    };
+    Some(Comparison {
+        differences: both.iter().map(difference).collect(),
+        chi_square,
+        degrees_of_freedom: degrees as u32,
+        p_value,
+    })
+}
+
 fn counts(outcome: &SeabedOutcome, scene: &Scene, read: usize) -> BTreeMap<String, SensorCounts> {
     let on_lines = scene.soundings.len();
     let mut rejected = BTreeMap::from([("off every line".to_owned(), (read - on_lines) as u64)]);
@@ -410,13 +445,12 @@ fn sources(outcome: &SeabedOutcome) -> TextTable {
 
 /// Errors against the truth: pitch, roll, yaw, latency.
 fn against(outcome: &SeabedOutcome, scene: &Scene, truth: &SeabedTruth) -> AgainstTruth {
-    let rotation = nalgebra::Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
+    let true_rotation = nalgebra::Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
     let errors = |values: &Values| {
-        let turn =
-            crate::geometry::rotation::log(&(values.mounting.rotation * rotation.transpose()));
+        let turn = rotation::log(&(values.mounting.rotation * true_rotation.transpose()));
         [turn.x, turn.y, turn.z, values.latency_s - truth.latency_s]
     };
-    let due = crate::geometry::rotation::log(&(rotation * scene.nominal.rotation.transpose()));
+    let due = rotation::log(&(true_rotation * scene.nominal.rotation.transpose()));
     let due = [due.x, due.y, due.z, truth.latency_s];
     let joint = match &outcome.joint {
         Some(Ok((joint, _))) => Some((errors(&joint.values), joint)),

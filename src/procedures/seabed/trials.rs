@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, Matrix3};
 
 use super::run::{SeabedInput, calibrate};
-use super::simulate::{Acts, SeabedScenario, SeabedTruth, simulate, write};
+use super::simulate::{Acts, SeabedTruth, simulate};
 use super::survey::load::scene_of;
+use super::survey::{SeabedScenario, write};
 use crate::adjust::Unit;
 use crate::calibrate::choices::Method;
 use crate::calibrate::tried::{Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath};

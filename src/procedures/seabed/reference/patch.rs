@@ -21,6 +21,7 @@ use super::super::model::{Locator, Values};
 use super::super::scene::Scene;
 use super::super::states::States;
 use super::super::tiles::{Cell, depth_scale};
+use crate::stats::median;
 use crate::survey::limits::limits;
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
@@ -176,6 +177,7 @@ pub fn patch_test(
                 scene,
                 states,
                 alive,
+                layout,
                 pair.lines,
                 sought.widest_rad(widest_rad),
             );
@@ -201,6 +203,16 @@ fn no_pair(sought: Sought) -> Step {
     }
 }
 
+/// Smallest side of a cell, metres, in 15 m of water and less.
+const LEAST_CELL_M: f64 = 1.5;
+/// Soundings of a line that a cell should have on the average: twice what its plane needs.
+const PER_CELL: f64 = 12.0;
+
+/// Side of the cells in which so many soundings on this area make planes, metres.
+fn cell_side_m(area_m2: f64, soundings: usize) -> f64 {
+    (PER_CELL * area_m2 / soundings.max(1) as f64).sqrt()
+}
+
 /// Two lines against each other.
 struct Duel<'a> {
     scene: &'a Scene,
@@ -215,6 +227,7 @@ impl<'a> Duel<'a> {
         scene: &'a Scene,
         states: &'a States,
         alive: &[bool],
+        layout: &Layout,
         lines: [usize; 2],
         widest_rad: f64,
     ) -> Self {
@@ -228,20 +241,28 @@ impl<'a> Duel<'a> {
             let stride = all.len().div_ceil(MOST_SOUNDINGS).max(1);
             all.into_iter().step_by(stride).collect()
         };
+        let soundings: [Vec<usize>; 2] = lines.map(of);
+        let depth_m = scene.typical_depth_m();
+        let wide_m = 2.0 * depth_m * widest_rad.min(1.2).tan();
+        let areas_m2 = lines.map(|k| layout.tracks[k].length_m * wide_m);
         Self {
             scene,
             states,
             lines,
-            soundings: lines.map(of),
-            cell_m: 3.0 * depth_scale(scene.typical_depth_m()),
+            cell_m: [0, 1]
+                .map(|k| cell_side_m(areas_m2[k], soundings[k].len()))
+                .into_iter()
+                .fold(LEAST_CELL_M * depth_scale(depth_m), f64::max),
+            soundings,
         }
     }
 
     /// Scans the range, then narrows down on the least difference.
     fn least(&self, sought: Sought, values: &Values) -> Step {
-        let cost = |by: f64| self.difference(&sought.moved(values, by));
         let (mut middle, mut reach) = (0.0, sought.reach());
-        let before = cost(0.0);
+        let before = self.difference(values, 0);
+        let least = before.map_or(0, |d| d.1 / 2);
+        let cost = |by: f64| self.difference(&sought.moved(values, by), least);
         for _ in 0..6 {
             let scanned: Vec<(f64, f64)> = (-6..=6)
                 .map(|k| middle + reach * f64::from(k) / 6.0)
@@ -263,23 +284,22 @@ impl<'a> Duel<'a> {
         }
     }
 
-    /// Weighted mean of the squared differences of the two surfaces, cut off at half a metre; and the cells.
-    fn difference(&self, values: &Values) -> Option<(f64, usize)> {
+    /// How far the two surfaces differ at these values, squared and weighted; and the cells. `None` with fewer than `least` cells: a shift
+    /// that moves the surfaces apart must not win by leaving few.
+    fn difference(&self, values: &Values, least: usize) -> Option<(f64, usize)> {
         let locator = Locator::new(self.scene, self.states, values)?;
         let [first, second] = [0, 1].map(|side: usize| self.patches(&locator, side));
-        let (mut sum, mut weights, mut count) = (0.0, 0.0, 0);
-        for (cell, a) in &first {
-            let Some(b) = second.get(cell) else { continue };
+        let both = first
+            .iter()
+            .filter_map(|(cell, a)| Some((a, second.get(cell)?)));
+        let off = |(a, b): (&Surface, &Surface)| {
             let middle = (a.centre + b.centre) / 2.0;
-            let off = a.height_at(&middle) - b.height_at(&middle);
-            let weight = 1.0 / (a.variance + b.variance + 1e-4);
-            sum += weight * (off * off).min(CUT_M * CUT_M);
-            weights += weight;
-            count += 1;
-        }
-        // a shift that moves the surfaces apart must not win by leaving few cells
-        let least = first.len().min(second.len()) / 5;
-        (count > 8 && count >= least).then(|| (sum / weights, count))
+            let off_m = a.height_at(&middle) - b.height_at(&middle);
+            (off_m, 1.0 / (a.variance + b.variance + 1e-4))
+        };
+        let offs: Vec<(f64, f64)> = both.map(off).collect();
+        let heights_m2 = 2.0 * self.scene.priors.line_height_m.powi(2);
+        (offs.len() >= least.max(9)).then(|| (misfit(&offs, heights_m2), offs.len()))
     }
 
     fn patches(&self, locator: &Locator<'_>, side: usize) -> BTreeMap<Cell, Surface> {
@@ -301,6 +321,20 @@ impl<'a> Duel<'a> {
 
 /// Differences beyond this count no more, metres.
 const CUT_M: f64 = 0.5;
+
+/// Weighted mean square of the differences about an offset that all share, such as a tide, of variance `heights_m2`. On a slope an offset
+/// looks like a shift along it, so that it must not be taken for one, nor be left free.
+fn misfit(offs: &[(f64, f64)], heights_m2: f64) -> f64 {
+    let mut all: Vec<f64> = offs.iter().map(|o| o.0).collect();
+    let centre = median(&mut all).unwrap_or(0.0);
+    let near = || offs.iter().filter(|o| (o.0 - centre).abs() < CUT_M);
+    let near_weight: f64 = near().map(|o| o.1).sum();
+    let weight: f64 = offs.iter().map(|o| o.1).sum();
+    let offset = near().map(|o| o.0 * o.1).sum::<f64>() / near_weight;
+    let square = |o: &(f64, f64)| o.1 * (o.0 - offset).powi(2).min(CUT_M * CUT_M);
+    let sum: f64 = offs.iter().map(square).sum();
+    (sum + offset * offset / (heights_m2 + 1.0 / near_weight)) / weight
+}
 
 /// A plane of one line in one cell.
 struct Surface {
@@ -372,6 +406,19 @@ mod tests {
             .collect();
         assert!((parabola(&scanned).expect("a minimum") - 0.3).abs() < 1e-12);
         assert_eq!(parabola(&[(0.0, f64::INFINITY)]), None);
+    }
+
+    /// A tide of 10 cm counts as what it is when lines are known to 10 cm, and as a misfit when they are known to a millimetre.
+    #[test]
+    fn an_offset_of_a_line_is_no_misfit_within_its_sigma() {
+        let offs: Vec<(f64, f64)> = (0..40)
+            .map(|k| (0.1 + 0.01 * f64::from(k % 3 - 1), 1e4))
+            .collect();
+        let flat = misfit(&offs, 0.0);
+        assert!(misfit(&offs, 0.01) < 0.02 * flat, "{flat}");
+        let mut spoiled = offs.clone();
+        spoiled[5].0 = 40.0;
+        assert!(misfit(&spoiled, 0.01) < misfit(&offs, 0.01) + CUT_M * CUT_M / 39.0);
     }
 
     #[test]

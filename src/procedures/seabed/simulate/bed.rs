@@ -7,7 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::scenario::Bed;
+use super::super::survey::scenario::Bed;
 use crate::stats::stream;
 
 /// Cosines that make up the relief.

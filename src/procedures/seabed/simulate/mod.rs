@@ -3,8 +3,6 @@
 //! It does not use the georeferencing of the calibration, so that the two check each other.
 
 pub mod bed;
-pub mod scenario;
-pub mod write;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rand::RngExt;
@@ -13,10 +11,10 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use super::scene::Line;
+use super::survey::SeabedScenario;
 use crate::geometry::rotation;
 use crate::stats::stream;
 use bed::Seabed;
-pub use scenario::{DEMO, SeabedScenario, parse_scenario};
 
 /// One record of the trajectory as the INS gives it, in the local frame.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,10 @@
-//! A seabed survey file: its keys, its types, and everything that it names in memory.
+//! Files of a seabed calibration: the survey file and everything that it names in memory, the scenario, a simulated survey written.
 
 pub mod file;
 pub mod load;
+pub mod scenario;
+pub mod write;
 
 pub use file::SeabedSurveyFile;
 pub use load::{LoadedSeabed, load, parse_survey};
+pub use scenario::{DEMO, SeabedScenario, parse_scenario};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::super::config::SeabedConfig;
 use super::super::reference::PatchConfig;
-use super::super::survey::file::{
+use super::file::{
     GROWTH, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE, SiteSection, TrajectorySection,
 };
 use crate::survey::document::Document;

@@ -4,10 +4,11 @@ use std::io::Write;
 use std::path::Path;
 
 use super::super::scene::REFERENCE_DEPTH_M;
-use super::super::survey::file::{
+use super::super::simulate::{Shot, Simulated};
+use super::file::{
     LineSection, MultibeamSection, SeabedSurveyFile, SoundSpeedSection, TrajectorySection,
 };
-use super::{SeabedScenario, Shot, Simulated};
+use super::scenario::SeabedScenario;
 use crate::formats::{FormatError, sound_speed_csv, soundings_csv, trajectory_csv, whole};
 use crate::geometry::ellipsoid::{Geodetic, TargetPose, ecef_from_level};
 use crate::geometry::{Point, Target, rotation};
