@@ -5,6 +5,7 @@
 
 pub mod pool;
 pub mod rail;
+pub mod seabed;
 pub mod usbl;
 
 mod named;
@@ -14,8 +15,9 @@ pub use named::{find, names, of_file, read, scenario};
 use crate::calibrate::seam::Procedure;
 
 /// Every procedure; the only list of them.
-pub static ALL: [&dyn Procedure; 3] = [
+pub static ALL: [&dyn Procedure; 4] = [
     &pool::procedure::Pool,
     &usbl::procedure::Usbl,
     &rail::procedure::Rail,
+    &seabed::procedure::SeabedProcedure,
 ];

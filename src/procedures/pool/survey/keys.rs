@@ -18,7 +18,7 @@ pub(crate) const COORDINATE: Limits = limits(-1000.0, 1000.0, "metres from -1000
 /// The six parameters of a mounting, as `hold` names them.
 pub(crate) const PARAMETERS: &[&str] = &["pitch", "roll", "yaw", "lx", "ly", "lz"];
 
-/// Procedures that are designed; only the first is built.
+/// The procedures that there are; the first is the one of these keys.
 pub(crate) const PROCEDURES: &[&str] = &["pool", "usbl", "rail", "seabed"];
 
 const TARGET_KIND: Key = required("kind", Kind::OneOf(&["pool-wall", "faces"]))

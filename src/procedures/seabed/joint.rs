@@ -1,0 +1,511 @@
+//! The joint path: soundings of overlapping lines on an unknown seabed, in one adjustment.
+//!
+//! 1. screen each line against its own surface; 2. the field's parameters from single lines, which a misalignment cannot enter;
+//! 3. coarse passes, angles and latency only, the noise inflated at first; 4. fine passes with everything, tiles drawn anew and the
+//! field estimated again once; 5. covariance, the scatter of the tiles beside it, and what relief and motion give alone.
+
+use rayon::prelude::*;
+
+use super::config::JointSettings;
+use super::field::{Field, Points};
+use super::model::{COUNT, Locator, Values};
+use super::normal::{Block, Normal, Part, Placed, Solved, Sought, block, sandwich_variances};
+use super::reml::{Bounds, restricted_likelihood};
+use super::scene::Scene;
+use super::screen::Screen;
+use super::shared::shared_noise;
+use super::states::States;
+use super::tiles::{Candidate, Cut, Tile, depth_scale};
+
+/// Why there is no joint solution at all.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum JointError {
+    /// The profile cannot be used.
+    #[error("the sound-speed profile cannot be used")]
+    Profile,
+    /// No tile has soundings of two lines.
+    #[error(
+        "no piece of seabed was sounded by two lines: {usable} of {all} soundings lie on a surface"
+    )]
+    NoOverlap {
+        /// Soundings that passed the screen.
+        usable: usize,
+        /// All.
+        all: usize,
+    },
+    /// The normal matrix is not positive definite.
+    #[error("the normal equations of pass {pass} are singular")]
+    Singular {
+        /// Which pass.
+        pass: usize,
+    },
+}
+
+/// One pass, for the report.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Pass {
+    /// `coarse` or `fine`.
+    pub phase: &'static str,
+    /// Tiles that took part.
+    pub tiles: usize,
+    /// Soundings that took part.
+    pub soundings: usize,
+    /// Soundings dropped by their residual.
+    pub dropped: usize,
+    /// Largest step of a parameter, in its sigma.
+    pub step_sigmas: f64,
+    /// Sum of squares over degrees of freedom.
+    pub omega_over_freedom: f64,
+}
+
+/// The joint solution.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// Values found.
+    pub values: Values,
+    /// Which parameters were sought.
+    pub sought: [bool; COUNT],
+    /// Covariance of the parameters.
+    pub covariance: [[f64; COUNT]; COUNT],
+    /// Standard deviations from the scatter of the tiles.
+    pub sandwich_sigma: [f64; COUNT],
+    /// Standard deviations from the relief alone.
+    pub relief_sigma: Option<[f64; COUNT]>,
+    /// Standard deviations from the boat's motion alone.
+    pub motion_sigma: Option<[f64; COUNT]>,
+    /// The field.
+    pub field: Field,
+    /// Whether the last steps were small.
+    pub converged: bool,
+    /// Every pass.
+    pub passes: Vec<Pass>,
+    /// Sum of squares over degrees of freedom.
+    pub omega_over_freedom: f64,
+    /// Degrees of freedom.
+    pub freedom: f64,
+    /// The last tiles.
+    pub tiles: Vec<Tile>,
+    /// Which soundings were kept by screen and residuals.
+    pub alive: Vec<bool>,
+    /// Soundings dropped by the screen.
+    pub screened: usize,
+    /// Soundings dropped by their residuals.
+    pub rejected: usize,
+    /// The states' layout.
+    pub states: States,
+}
+
+impl Joint {
+    /// Standard deviation of a parameter.
+    #[must_use]
+    pub fn sigma(&self, parameter: usize) -> f64 {
+        self.covariance[parameter][parameter].max(0.0).sqrt()
+    }
+}
+
+/// A solve under way.
+struct Work<'a> {
+    scene: &'a Scene,
+    config: &'a JointSettings,
+    states: States,
+    values: Values,
+    alive: Vec<bool>,
+    field: Field,
+    scale: f64,
+    passes: Vec<Pass>,
+    rejected: usize,
+}
+
+/// What a pass found.
+struct Passed {
+    blocks: Vec<Block>,
+    solved: Solved,
+    normal: Normal,
+}
+
+/// Calibrates jointly.
+///
+/// # Errors
+/// [`JointError`] where nothing can be solved; a solution that must not be used is the verdict's matter.
+pub fn joint(scene: &Scene, config: &JointSettings) -> Result<Joint, JointError> {
+    let mut work = Work::new(scene, config);
+    let screened = work.screen()?;
+    work.field_of_single_lines()?;
+    work.coarse()?;
+    let (tiles, converged) = work.fine()?;
+    work.finish(tiles, converged, screened)
+}
+
+/// Where lines meet, before anything is solved.
+#[derive(Clone, Debug)]
+pub struct Overlap {
+    /// Which soundings passed the screen.
+    pub alive: Vec<bool>,
+    /// Tiles that at least two lines sounded, at the nominal mounting.
+    pub tiles: Vec<Tile>,
+}
+
+/// Screens a survey and looks where its lines meet.
+///
+/// # Errors
+/// [`JointError`] where they do not.
+pub fn overlap(scene: &Scene, config: &JointSettings) -> Result<Overlap, JointError> {
+    let mut work = Work::new(scene, config);
+    work.screen()?;
+    let cut = work.cut(config.seabed.tile_m, 2, config.seabed.max_tiles, 0);
+    let tiles = work.overlap(cut.tiles(&work.candidates(COARSE_SOUNDINGS)?))?;
+    Ok(Overlap {
+        alive: work.alive,
+        tiles,
+    })
+}
+
+/// Soundings of which the coarse phase and the field's tiles are drawn at most.
+const COARSE_SOUNDINGS: usize = 300_000;
+/// Tiles that the field's parameters are estimated from.
+const FIELD_TILES: usize = 64;
+/// Passes of the coarse phase.
+const COARSE_PASSES: usize = 5;
+/// Before this fine pass the tiles are drawn anew.
+const REDRAW: usize = 3;
+/// Before these fine passes the field is estimated again, of what the residuals have left: gross errors that were still there at the
+/// time before make its noise too large.
+const FIELD_AGAIN: [usize; 2] = [REDRAW, REDRAW + 2];
+/// A step below this, in sigmas, is the end.
+const SMALL_STEP: f64 = 0.03;
+
+impl<'a> Work<'a> {
+    fn new(scene: &'a Scene, config: &'a JointSettings) -> Self {
+        let states = States::new(&scene.lines, &scene.ins, scene.priors.line_height_m);
+        Self {
+            scene,
+            config,
+            values: Values::nominal(scene, &states),
+            states,
+            alive: vec![true; scene.soundings.len()],
+            field: Field {
+                sigma_m: 0.06,
+                length_m: 4.0,
+                noise_factor: 1.0,
+            },
+            scale: depth_scale(scene.typical_depth_m()),
+            passes: vec![],
+            rejected: 0,
+        }
+    }
+
+    fn locator(&self) -> Result<Locator<'_>, JointError> {
+        Locator::new(self.scene, &self.states, &self.values).ok_or(JointError::Profile)
+    }
+
+    /// Every so-manieth living sounding on the seabed.
+    fn candidates(&self, most: usize) -> Result<Vec<Candidate>, JointError> {
+        let locator = self.locator()?;
+        let stride = self.scene.soundings.len().div_ceil(most).max(1);
+        let one = |k: usize| {
+            Some(Candidate {
+                sounding: k as u32,
+                line: self.scene.soundings[k].line,
+                point_m: locator.locate(k)?.point_m,
+            })
+        };
+        let all = (0..self.scene.soundings.len()).into_par_iter();
+        Ok(all
+            .filter(|k| k % stride == 0 && self.alive[*k])
+            .filter_map(one)
+            .collect())
+    }
+
+    /// Drops what does not lie on its line's own surface, and counts it.
+    fn screen(&mut self) -> Result<usize, JointError> {
+        let screen = Screen::for_depth(self.scene.typical_depth_m());
+        let widest = self.config.max_angle_deg.to_radians();
+        let locator = self.locator()?;
+        let points: Vec<_> = (0..self.scene.soundings.len())
+            .into_par_iter()
+            .map(|k| {
+                let inside = self.scene.soundings[k].across_rad.abs() <= widest;
+                inside.then(|| locator.locate(k).map(|l| l.point_m))?
+            })
+            .collect();
+        let mut alive = vec![];
+        let mut begin = 0;
+        for line in self.scene.soundings.chunk_by(|a, b| a.line == b.line) {
+            let end = begin + line.len();
+            let seed = self.config.seed ^ (u64::from(line[0].line) << 16);
+            alive.extend(screen.keep(&points[begin..end], seed));
+            begin = end;
+        }
+        self.alive = alive;
+        Ok(self.alive.iter().filter(|kept| !**kept).count())
+    }
+
+    fn cut(&self, side_m: f64, lines: usize, tiles: usize, seed: u64) -> Cut {
+        Cut {
+            side_m: side_m * self.scale,
+            most: self.config.seabed.soundings_per_tile,
+            fewest: 6,
+            lines,
+            tiles,
+            least_m: 0.12 * self.scale,
+            seed: self.config.seed.wrapping_add(seed),
+        }
+    }
+
+    /// Estimates the field from tiles of single lines.
+    fn field_of_single_lines(&mut self) -> Result<(), JointError> {
+        let candidates = self.candidates(COARSE_SOUNDINGS)?;
+        let lines = self.scene.lines.len().max(1);
+        let mut tiles = vec![];
+        for line in 0..self.scene.lines.len() {
+            let own: Vec<Candidate> = candidates
+                .iter()
+                .filter(|c| usize::from(c.line) == line)
+                .copied()
+                .collect();
+            let cut = Cut {
+                fewest: 20,
+                ..self.cut(
+                    self.config.seabed.tile_m,
+                    1,
+                    FIELD_TILES.div_ceil(lines),
+                    11,
+                )
+            };
+            tiles.extend(cut.tiles(&own));
+        }
+        self.estimate_field(&tiles)
+    }
+
+    fn estimate_field(&mut self, tiles: &[Tile]) -> Result<(), JointError> {
+        let stride = tiles.len().div_ceil(FIELD_TILES).max(1);
+        let chosen: Vec<&Tile> = tiles.iter().step_by(stride).collect();
+        let locator = self.locator()?;
+        let points: Vec<Points> = chosen
+            .par_iter()
+            .map(|tile| Placed::new(self.scene, &locator, tile, &self.alive).points)
+            .filter(|p| p.at_m.len() >= 12)
+            .collect();
+        if let Some(field) = restricted_likelihood(&points, &self.field, &Bounds::default()) {
+            self.field = field;
+        }
+        Ok(())
+    }
+
+    fn overlap(&self, tiles: Vec<Tile>) -> Result<Vec<Tile>, JointError> {
+        if tiles.is_empty() {
+            return Err(JointError::NoOverlap {
+                usable: self.alive.iter().filter(|kept| **kept).count(),
+                all: self.alive.len(),
+            });
+        }
+        Ok(tiles)
+    }
+
+    /// Angles and latency on wide tiles, with noise inflated at first so that a start far off still finds its way.
+    fn coarse(&mut self) -> Result<(), JointError> {
+        for pass in 0..COARSE_PASSES {
+            let cut = self.cut(
+                10.0,
+                2,
+                self.config.seabed.max_tiles.min(300),
+                20 + pass as u64,
+            );
+            let tiles = self.overlap(cut.tiles(&self.candidates(COARSE_SOUNDINGS)?))?;
+            let mut sought = self.sought(false);
+            sought.inflation = (100.0 * 0.25f64.powi(pass as i32)).max(1.0);
+            let passed = self.pass(&tiles, &sought, pass)?;
+            self.note("coarse", &tiles, &passed, &sought, 0);
+            self.values = self.values.stepped(&passed.solved.step);
+        }
+        // heights of lines begin the fine phase at nothing, as the states do
+        self.values.states.fill(0.0);
+        Ok(())
+    }
+
+    /// Everything, until the steps are small.
+    fn fine(&mut self) -> Result<(Vec<Tile>, bool), JointError> {
+        let mut tiles = vec![];
+        let sought = self.sought(true);
+        for pass in 0..self.config.seabed.max_passes {
+            if pass == 0 || pass == REDRAW {
+                let cut = self.cut(
+                    self.config.seabed.tile_m,
+                    2,
+                    self.config.seabed.max_tiles,
+                    pass as u64,
+                );
+                tiles = self.overlap(cut.tiles(&self.candidates(usize::MAX)?))?;
+            }
+            if FIELD_AGAIN.contains(&pass) {
+                self.estimate_field(&tiles)?;
+            }
+            let passed = self.pass(&tiles, &sought, COARSE_PASSES + pass)?;
+            let tests = pass > 0 && pass != REDRAW;
+            let dropped = if tests { self.reject(&passed) } else { 0 };
+            let small =
+                self.note("fine", &tiles, &passed, &sought, dropped) < SMALL_STEP && dropped == 0;
+            self.values = self.values.stepped(&passed.solved.step);
+            if small && pass > FIELD_AGAIN[1] {
+                return Ok((tiles, true));
+            }
+        }
+        Ok((tiles, false))
+    }
+
+    fn sought(&self, fine: bool) -> Sought {
+        let p = &self.scene.priors;
+        let [right, forward] = p.lever_arm_m;
+        let priors = [
+            p.range_scale * f64::from(u8::from(self.config.seabed.range_scale)),
+            p.heave_scale,
+            p.heave_lag_s,
+            right,
+            forward,
+            p.deep_sound_speed,
+        ];
+        let mut parameters = [true, true, true, self.config.seabed.latency].to_vec();
+        parameters.extend(priors.map(|sigma| fine && sigma > 0.0));
+        Sought {
+            parameters: std::array::from_fn(|k| parameters[k]),
+            states: fine,
+            inflation: 1.0,
+            warp_m: 4.0 * self.scale,
+        }
+    }
+
+    fn blocks(
+        &self,
+        tiles: &[Tile],
+        sought: &Sought,
+        part: Part,
+    ) -> Result<Vec<Block>, JointError> {
+        let locator = self.locator()?;
+        let one = |tile: &Tile| {
+            let placed = Placed::new(self.scene, &locator, tile, &self.alive);
+            block(&locator, &placed, &self.field, sought, part)
+        };
+        Ok(tiles.par_iter().filter_map(one).collect())
+    }
+
+    fn normal(&self, blocks: &[Block], sought: &Sought) -> Normal {
+        let off = self.values.from_nominal(self.scene);
+        Normal::new(
+            self.scene,
+            &self.states,
+            blocks,
+            sought,
+            &off,
+            &self.values.states,
+        )
+    }
+
+    fn pass(&self, tiles: &[Tile], sought: &Sought, pass: usize) -> Result<Passed, JointError> {
+        let blocks = self.blocks(tiles, sought, Part::All)?;
+        let normal = self.normal(&blocks, sought);
+        let solved = normal.solve().ok_or(JointError::Singular { pass })?;
+        Ok(Passed {
+            blocks,
+            solved,
+            normal,
+        })
+    }
+
+    /// Writes a pass down and gives its largest step in sigmas.
+    fn note(
+        &mut self,
+        phase: &'static str,
+        tiles: &[Tile],
+        passed: &Passed,
+        sought: &Sought,
+        dropped: usize,
+    ) -> f64 {
+        let steps = (0..COUNT)
+            .filter(|k| sought.parameters[*k])
+            .map(|k| (passed.solved.step[k] / passed.solved.sigma(k).max(f64::MIN_POSITIVE)).abs());
+        let step_sigmas = steps.fold(0.0, f64::max);
+        self.passes.push(Pass {
+            phase,
+            tiles: tiles.len(),
+            soundings: passed.blocks.iter().map(|b| b.standardised.len()).sum(),
+            dropped,
+            step_sigmas,
+            omega_over_freedom: passed.normal.omega / passed.normal.freedom,
+        });
+        step_sigmas
+    }
+
+    /// Drops the soundings whose residuals are too large.
+    fn reject(&mut self, passed: &Passed) -> usize {
+        let all = passed.blocks.iter().flat_map(|b| &b.standardised);
+        let bad: Vec<u32> = all
+            .filter(|(_, w)| w.abs() > self.config.seabed.reject_sigmas)
+            .map(|(k, _)| *k)
+            .collect();
+        for k in &bad {
+            self.alive[*k as usize] = false;
+        }
+        self.rejected += bad.len();
+        bad.len()
+    }
+
+    /// Standard deviations when only a part of the derivatives counts.
+    fn part_sigma(
+        &self,
+        tiles: &[Tile],
+        sought: &Sought,
+        part: Part,
+    ) -> Result<Option<[f64; COUNT]>, JointError> {
+        let blocks = self.blocks(tiles, sought, part)?;
+        let solved = self.normal(&blocks, sought).solve();
+        Ok(solved.map(|s| std::array::from_fn(|k| s.sigma(k))))
+    }
+
+    fn finish(
+        self,
+        tiles: Vec<Tile>,
+        converged: bool,
+        screened: usize,
+    ) -> Result<Joint, JointError> {
+        let sought = self.sought(true);
+        let passed = self.pass(
+            &tiles,
+            &sought,
+            COARSE_PASSES + self.config.seabed.max_passes,
+        )?;
+        let sandwich = sandwich_variances(self.scene, &self.states, &passed.blocks, &passed.solved);
+        let shared = shared_noise(
+            &self.locator()?,
+            &tiles,
+            &self.alive,
+            (&self.field, &sought),
+            &passed.solved,
+        );
+        let covariance = |a: usize, b: usize| {
+            let held = !sought.parameters[a] || !sought.parameters[b];
+            if held {
+                0.0
+            } else {
+                passed.solved.covariance(a, b) + shared[(a, b)]
+            }
+        };
+        Ok(Joint {
+            sought: sought.parameters,
+            covariance: std::array::from_fn(|a| std::array::from_fn(|b| covariance(a, b))),
+            sandwich_sigma: sandwich.map(|v| v.max(0.0).sqrt()),
+            relief_sigma: self.part_sigma(&tiles, &sought, Part::Relief)?,
+            motion_sigma: self.part_sigma(&tiles, &sought, Part::Motion)?,
+            field: self.field,
+            converged,
+            omega_over_freedom: passed.normal.omega / passed.normal.freedom,
+            freedom: passed.normal.freedom,
+            passes: self.passes,
+            tiles,
+            alive: self.alive,
+            screened,
+            rejected: self.rejected,
+            values: self.values,
+            states: self.states,
+        })
+    }
+}

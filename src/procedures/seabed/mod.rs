@@ -1,0 +1,41 @@
+//! Multibeam over natural seabed: soundings of overlapping lines, no target, no second sensor (method: `docs/seabed.md`).
+//!
+//! | part | what it does |
+//! |---|---|
+//! | [`survey`] | the survey file and everything that it names |
+//! | [`scene`], [`model`], [`states`] | the survey in memory; from observation to seabed with derivatives; INS drift |
+//! | [`screen`], [`tiles`], [`field`], [`reml`] | gross errors; pieces of seabed; collocation; the field's parameters |
+//! | [`normal`], [`joint()`] | the adjustment |
+//! | [`shared`] | what soundings of one ping have in common |
+//! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
+//! | [`simulate`](mod@simulate) | surveys of a known seabed |
+//! | [`reference`](mod@reference) | the classical patch test, and the paper's overall adjustment |
+
+pub mod config;
+pub mod field;
+pub mod joint;
+pub mod layout;
+pub mod model;
+pub mod normal;
+pub mod procedure;
+pub mod reference;
+pub mod reml;
+pub mod run;
+pub mod scene;
+pub mod screen;
+pub mod shared;
+pub mod simulate;
+pub mod states;
+mod summary;
+pub mod survey;
+pub mod tiles;
+mod trials;
+pub mod verdict;
+
+pub use config::{JointSettings, SeabedConfig};
+pub use joint::{Joint, JointError, joint};
+pub use layout::Layout;
+pub use reference::{Patch, PatchConfig, patch_test};
+pub use run::{SeabedInput, SeabedOutcome, calibrate};
+pub use scene::Scene;
+pub use verdict::{Judgement, judge};

@@ -1,0 +1,332 @@
+//! From an observation to its place on the seabed, and how that place moves with every parameter (seabed page, "The model").
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::scene::{Scene, axis};
+use super::states::{Component, States};
+use crate::georef::Layers;
+use crate::observe::Mounting;
+
+/// The parameters in their order.
+pub const PARAMETERS: [(&str, &str); 10] = [
+    ("pitch", "rad"),
+    ("roll", "rad"),
+    ("yaw", "rad"),
+    ("latency", "s"),
+    ("range_scale", "1"),
+    ("heave_scale", "1"),
+    ("heave_lag", "s"),
+    ("lever_arm_x", "m"),
+    ("lever_arm_y", "m"),
+    ("deep_sound_speed", "1"),
+];
+/// How many parameters there are.
+pub const COUNT: usize = PARAMETERS.len();
+
+/// Values of the parameters, and of the trajectory's states.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Values {
+    /// Mounting of the sonar.
+    pub mounting: Mounting,
+    /// Stamps are late by this, seconds.
+    pub latency_s: f64,
+    /// True range over measured range, minus 1.
+    pub range_scale: f64,
+    /// True heave over measured heave, minus 1.
+    pub heave_scale: f64,
+    /// The heave channel is late by this, seconds.
+    pub heave_lag_s: f64,
+    /// Relative error of the profile at the reference depth.
+    pub deep_sound_speed: f64,
+    /// Trajectory errors on knots and heights of the lines.
+    pub states: Vec<f64>,
+}
+
+impl Values {
+    /// Everything as nominal.
+    #[must_use]
+    pub fn nominal(scene: &Scene, states: &States) -> Self {
+        Self {
+            mounting: scene.nominal,
+            latency_s: 0.0,
+            range_scale: 0.0,
+            heave_scale: 0.0,
+            heave_lag_s: 0.0,
+            deep_sound_speed: 0.0,
+            states: vec![0.0; states.len()],
+        }
+    }
+
+    /// Applies a step: the parameters first, then the states.
+    #[must_use]
+    pub fn stepped(&self, step: &[f64]) -> Self {
+        let turn = Vector3::new(step[0], step[1], step[2]);
+        let arm = Vector3::new(step[7], step[8], 0.0);
+        let states = self.states.iter().zip(&step[COUNT..]);
+        Self {
+            mounting: self.mounting.corrected(&turn, &arm),
+            latency_s: self.latency_s + step[3],
+            range_scale: self.range_scale + step[4],
+            heave_scale: self.heave_scale + step[5],
+            heave_lag_s: self.heave_lag_s + step[6],
+            deep_sound_speed: self.deep_sound_speed + step[9],
+            states: states.map(|(x, dx)| x + dx).collect(),
+        }
+    }
+
+    /// Distance of every parameter from its nominal value.
+    #[must_use]
+    pub fn from_nominal(&self, scene: &Scene) -> [f64; COUNT] {
+        let turn = self.mounting.correction_from(&scene.nominal);
+        let arm = self.mounting.lever_arm_m - scene.nominal.lever_arm_m;
+        [
+            turn.x,
+            turn.y,
+            turn.z,
+            self.latency_s,
+            self.range_scale,
+            self.heave_scale,
+            self.heave_lag_s,
+            arm.x,
+            arm.y,
+            self.deep_sound_speed,
+        ]
+    }
+}
+
+/// A sounding on the seabed at some values, with what its derivatives need.
+#[derive(Clone, Copy, Debug)]
+pub struct Located {
+    /// Where it struck, metres.
+    pub point_m: Vector3<f64>,
+    /// From the transducer to there, local frame, metres.
+    pub ray_m: Vector3<f64>,
+    /// Length of the ray's chord, metres.
+    pub range_m: f64,
+    /// Across direction of the beam in the local frame: `d(ray)/d(across) / range`.
+    pub sideways: Vector3<f64>,
+    /// Body into local frame.
+    pub rotation: Matrix3<f64>,
+    /// When it was measured on the trajectory's clock, seconds.
+    pub time_s: f64,
+    /// Sine of the across angle.
+    pub sine: f64,
+    /// Wave-band heave, metres, and its rate, metres per second.
+    pub heave: [f64; 2],
+    /// Sonar into local frame.
+    sensor: Matrix3<f64>,
+    /// Depth of the transducer, metres.
+    depth_m: f64,
+    velocity_m_s: Vector3<f64>,
+    turning: Matrix3<f64>,
+    lever_arm_m: Vector3<f64>,
+    scale: f64,
+}
+
+/// Step of the profile's error in its derivative.
+const DEEP_STEP: f64 = 1e-3;
+/// Half the interval over which the measured trajectory is differenced, seconds.
+const RATE_STEP_S: f64 = 0.1;
+
+/// Places soundings at one set of values.
+pub struct Locator<'a> {
+    /// The survey.
+    pub scene: &'a Scene,
+    /// The layout of the states.
+    pub states: &'a States,
+    values: &'a Values,
+    layers: Layers,
+    deeper: Layers,
+}
+
+impl<'a> Locator<'a> {
+    /// For these values; `None` when the profile cannot be used.
+    #[must_use]
+    pub fn new(scene: &'a Scene, states: &'a States, values: &'a Values) -> Option<Self> {
+        Some(Self {
+            scene,
+            states,
+            values,
+            layers: scene.water.layers(values.deep_sound_speed)?,
+            deeper: scene.water.layers(values.deep_sound_speed + DEEP_STEP)?,
+        })
+    }
+
+    /// Where sounding `k` struck; `None` outside the trajectory, out of the water, or without a ray.
+    #[must_use]
+    pub fn locate(&self, k: usize) -> Option<Located> {
+        let sounding = &self.scene.soundings[k];
+        let time_s = sounding.time_s - self.values.latency_s;
+        let measured = self.scene.trajectory.pose_at(time_s).ok()?;
+        let heave = self.heave(time_s)?;
+        let line = usize::from(sounding.line);
+        let drift = self.states.at(line, time_s, &self.values.states);
+        let rotation = measured.rotation
+            * crate::geometry::rotation::exp(&Vector3::new(drift[3], drift[4], drift[5]));
+        let lift = self.values.heave_scale * heave[0] + self.values.heave_lag_s * heave[1];
+        let position = measured.position_m + Vector3::new(drift[0], drift[1], drift[2] + lift);
+        let mounting = &self.values.mounting;
+        let transducer = position + rotation * mounting.lever_arm_m;
+        let sensor = rotation * mounting.rotation;
+        let (direction, sideways) = beam_directions(sounding.across_rad, sounding.along_rad);
+        let launch = sensor * direction;
+        let depth_m = self.scene.water.level_m - transducer.z;
+        let ray = self.chord(&self.layers, depth_m, &launch, sounding.one_way_s)?;
+        let (velocity_m_s, turning) = self.rates(time_s)?;
+        Some(Located {
+            point_m: transducer + ray,
+            ray_m: ray,
+            range_m: ray.norm(),
+            sideways: sensor * sideways,
+            rotation,
+            time_s,
+            sine: sounding.across_rad.sin(),
+            heave,
+            sensor,
+            depth_m,
+            velocity_m_s,
+            turning,
+            lever_arm_m: mounting.lever_arm_m,
+            scale: 1.0 + self.values.range_scale,
+        })
+    }
+
+    /// Change of sounding `k`'s ray with the error of the profile, metres, at the adjusted observation; nothing without a ray.
+    ///
+    /// Traced anew: a derivative at the raw angle is biased by the angle's noise.
+    #[must_use]
+    pub fn deep_m(&self, k: usize, located: &Located, adjusted: &Adjusted) -> Vector3<f64> {
+        let sounding = &self.scene.soundings[k];
+        let across_rad = sounding.across_rad + adjusted.across_rad;
+        let (direction, _) = beam_directions(across_rad, sounding.along_rad);
+        let launch = located.sensor * direction;
+        let one_way_s = sounding.one_way_s * (1.0 + adjusted.range_m / located.range_m);
+        let chord = |layers: &Layers| self.chord(layers, located.depth_m, &launch, one_way_s);
+        match (chord(&self.layers), chord(&self.deeper)) {
+            (Some(ray), Some(deeper)) => (deeper - ray) / DEEP_STEP,
+            _ => Vector3::zeros(),
+        }
+    }
+
+    /// From the transducer to the end of the ray, stretched by the range scale.
+    fn chord(
+        &self,
+        layers: &Layers,
+        depth_m: f64,
+        launch: &Vector3<f64>,
+        one_way_s: f64,
+    ) -> Option<Vector3<f64>> {
+        let sine = launch.x.hypot(launch.y);
+        let end = layers.trace(depth_m, (sine, -launch.z), one_way_s).ok()?;
+        let stretch = if sine > 0.0 {
+            end.horizontal_m / sine
+        } else {
+            0.0
+        };
+        let chord = Vector3::new(launch.x * stretch, launch.y * stretch, -end.descent_m);
+        Some(chord * (1.0 + self.values.range_scale))
+    }
+
+    /// Wave-band heave and its rate at a time.
+    ///
+    /// The rate is taken over the same interval as the velocity: between two neighbouring records it would share their noise with
+    /// the height, and where pings fall on records that sharing has a mean (5 ms of lag that is none).
+    fn heave(&self, time_s: f64) -> Option<[f64; 2]> {
+        let here = self.heave_at(time_s)?;
+        let (late_s, early_s) = (time_s + RATE_STEP_S, time_s - RATE_STEP_S);
+        let (late, late_s) = self
+            .heave_at(late_s)
+            .map_or((here, time_s), |h| (h, late_s));
+        let (early, early_s) = self
+            .heave_at(early_s)
+            .map_or((here, time_s), |h| (h, early_s));
+        Some([here, (late - early) / (late_s - early_s).max(1e-9)])
+    }
+
+    fn heave_at(&self, time_s: f64) -> Option<f64> {
+        let trajectory = &self.scene.trajectory;
+        let k = trajectory.record_before(time_s).ok()?;
+        let times = trajectory.times_s();
+        let part = (time_s - times[k]) / (times[k + 1] - times[k]);
+        let (before, after) = (self.scene.heave_m[k], self.scene.heave_m[k + 1]);
+        Some(before + (after - before) * part)
+    }
+
+    /// Velocity and rate of the rotation, differenced over the measured trajectory; one-sided at its ends.
+    fn rates(&self, time_s: f64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+        let pose = |t: f64| self.scene.trajectory.pose_at(t).ok();
+        let middle = || pose(time_s).map(|p| (p, time_s));
+        let late = pose(time_s + RATE_STEP_S).map(|p| (p, time_s + RATE_STEP_S));
+        let early = pose(time_s - RATE_STEP_S).map(|p| (p, time_s - RATE_STEP_S));
+        let (late, late_s) = late.or_else(middle)?;
+        let (early, early_s) = early.or_else(middle)?;
+        let over = (late_s - early_s).max(1e-9);
+        let velocity = (late.position_m - early.position_m) / over;
+        Some((velocity, (late.rotation - early.rotation) / over))
+    }
+}
+
+/// Direction of a beam in the sonar's frame, and the across derivative of it.
+fn beam_directions(across_rad: f64, along_rad: f64) -> (Vector3<f64>, Vector3<f64>) {
+    let (sa, ca) = across_rad.sin_cos();
+    let (sc, cc) = along_rad.sin_cos();
+    (
+        Vector3::new(sa * cc, sc, -ca * cc),
+        Vector3::new(ca * cc, 0.0, sa * cc),
+    )
+}
+
+/// How far an observation is adjusted before its derivatives are taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Adjusted {
+    /// Range, metres.
+    pub range_m: f64,
+    /// Across angle, radians.
+    pub across_rad: f64,
+}
+
+impl Located {
+    /// Derivatives of the point with respect to each parameter, at the adjusted observation; `deep_m` is [`Locator::deep_m`].
+    #[must_use]
+    pub fn columns(&self, adjusted: &Adjusted, deep_m: Vector3<f64>) -> [Vector3<f64>; COUNT] {
+        let ray = self.adjusted_ray(adjusted);
+        let arm = self.rotation.tr_mul(&ray);
+        let turned = |k: usize| self.rotation * Vector3::ith(k, 1.0).cross(&arm);
+        let body = arm + self.lever_arm_m;
+        [
+            turned(0),
+            turned(1),
+            turned(2),
+            -(self.velocity_m_s + self.turning * body),
+            ray / self.scale,
+            Vector3::new(0.0, 0.0, self.heave[0]),
+            Vector3::new(0.0, 0.0, self.heave[1]),
+            axis(&self.rotation, 0),
+            axis(&self.rotation, 1),
+            deep_m,
+        ]
+    }
+
+    /// Derivative with respect to one component of the trajectory's error.
+    #[must_use]
+    pub fn state_column(&self, component: Component, adjusted: &Adjusted) -> Vector3<f64> {
+        match component {
+            Component::East => Vector3::x(),
+            Component::North => Vector3::y(),
+            Component::Up | Component::LineHeight => Vector3::z(),
+            Component::Pitch => self.attitude_column(0, adjusted),
+            Component::Roll => self.attitude_column(1, adjusted),
+            Component::Heading => self.attitude_column(2, adjusted),
+        }
+    }
+
+    fn attitude_column(&self, k: usize, adjusted: &Adjusted) -> Vector3<f64> {
+        let body = self.rotation.tr_mul(&self.adjusted_ray(adjusted)) + self.lever_arm_m;
+        self.rotation * Vector3::ith(k, 1.0).cross(&body)
+    }
+
+    fn adjusted_ray(&self, adjusted: &Adjusted) -> Vector3<f64> {
+        self.ray_m * (1.0 + adjusted.range_m / self.range_m)
+            + self.sideways * (self.range_m * adjusted.across_rad)
+    }
+}

@@ -1,0 +1,512 @@
+//! The normal equations: one dense block of each tile, and all blocks with the priors.
+//!
+//! A tile's information is `N = J' P J` with posterior slopes in J, its score `s = -J' alpha` minus the trace term. A shift that all lines
+//! of a tile share moves no likelihood but counts in `J' P J`; six columns of common shift, stretch and shear take it out.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt;
+use faer::{Mat, Par};
+use nalgebra::{DMatrix, DVector, Vector2, Vector3};
+
+use super::field::{Collocation, Field, Noise, Points};
+use super::model::{Adjusted, COUNT, Located, Locator};
+use super::scene::Scene;
+use super::states::{Component, States};
+use super::tiles::Tile;
+
+/// Which part of the derivatives of the parameters counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Both.
+    All,
+    /// What they move sideways: information from the relief.
+    Relief,
+    /// What they lift: information from the boat's motion.
+    Motion,
+}
+
+/// What is sought in a pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sought {
+    /// Which parameters.
+    pub parameters: [bool; COUNT],
+    /// Whether the trajectory's states are.
+    pub states: bool,
+    /// Factor on the variance of all noise.
+    pub inflation: f64,
+    /// Length over which common shifts of a tile change, metres.
+    pub warp_m: f64,
+}
+
+/// One tile in the normal equations.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Numbers of its unknowns: parameters from 0, states from [`COUNT`].
+    pub unknowns: Vec<usize>,
+    /// Information, without what a common warp takes.
+    pub information: DMatrix<f64>,
+    /// Score.
+    pub score: DVector<f64>,
+    /// `z' P z`.
+    pub omega: f64,
+    /// Soundings minus 3.
+    pub freedom: usize,
+    /// Standardised residual of each sounding that took part.
+    pub standardised: Vec<(u32, f64)>,
+}
+
+/// The soundings of a tile on the seabed.
+pub struct Placed {
+    /// Their numbers.
+    pub numbers: Vec<u32>,
+    /// Where they struck.
+    pub located: Vec<Located>,
+    /// About the tile's centre, with their noise.
+    pub points: Points,
+    across_m2: Vec<f64>,
+    along: Vec<f64>,
+}
+
+impl Placed {
+    /// Places those members of a tile that are `alive`.
+    #[must_use]
+    pub fn new(scene: &Scene, locator: &Locator<'_>, tile: &Tile, alive: &[bool]) -> Self {
+        let members = tile.members.iter().filter(|k| alive[**k as usize]);
+        let found = members.filter_map(|k| Some((*k, locator.locate(*k as usize)?)));
+        let (numbers, located): (Vec<u32>, Vec<Located>) = found.unzip();
+        let at_m: Vec<Vector3<f64>> = located.iter().map(|l| l.point_m - tile.centre_m).collect();
+        let mut points = Points {
+            at_m,
+            noise: vec![],
+        };
+        let plane = points.plane();
+        let normal = Vector3::new(-plane.y, -plane.z, 1.0);
+        let mut placed = Self {
+            numbers,
+            located,
+            points: Points::default(),
+            across_m2: vec![],
+            along: vec![],
+        };
+        for located in &placed.located {
+            let along = normal.dot(&located.ray_m) / located.range_m;
+            let across_m = normal.dot(&located.sideways) * located.range_m;
+            let angle = scene.sonar.angle_sigma_rad(located.sine.asin());
+            let ins = &scene.ins;
+            let arm_m = located.range_m * located.sine;
+            points.noise.push(Noise {
+                sonar_m2: (along * scene.sonar.range_m).powi(2) + (across_m * angle).powi(2),
+                ins_m2: 2.0 / 3.0 * (ins.position_m.powi(2) + (ins.roll_pitch_rad * arm_m).powi(2)),
+            });
+            placed.across_m2.push(across_m * angle * angle);
+            placed.along.push(along);
+        }
+        placed.points = points;
+        placed
+    }
+
+    /// Observations moved onto the tile's plane: the share of the relief along the ray, the share of the noise in range and angle.
+    fn adjusted(&self, scene: &Scene, factor: f64, found: &Collocation, k: usize) -> Adjusted {
+        let noise = factor * self.along[k] * scene.sonar.range_m.powi(2) * found.alpha[k];
+        Adjusted {
+            range_m: -found.relief[k] / self.along[k] - noise,
+            across_rad: -factor * self.across_m2[k] * found.alpha[k],
+        }
+    }
+}
+
+/// Columns of common shift, stretch and shear.
+const WARPS: usize = 6;
+
+/// The block of a tile; `None` where too few soundings are left or the matrices are singular.
+#[must_use]
+pub fn block(
+    locator: &Locator<'_>,
+    placed: &Placed,
+    field: &Field,
+    sought: &Sought,
+    part: Part,
+) -> Option<Block> {
+    let rows = Rows::new(locator, placed, field, sought, part)?;
+    let (information, score) = rows.without_warps()?;
+    let standardised = |k: usize| (placed.numbers[k], rows.found.standardised(k));
+    Some(Block {
+        information,
+        score,
+        omega: rows.found.omega,
+        freedom: placed.numbers.len() - 3,
+        standardised: (0..placed.numbers.len()).map(standardised).collect(),
+        unknowns: rows.unknowns,
+    })
+}
+
+impl Part {
+    fn of(self, column: Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Self::All => column,
+            Self::Relief => Vector3::new(column.x, column.y, 0.0),
+            Self::Motion => Vector3::new(0.0, 0.0, column.z),
+        }
+    }
+}
+
+/// Calls `take` with every state that acts on a sounding of the tile; only heights of lines when no states are sought.
+fn each_state(
+    scene: &Scene,
+    states: &States,
+    placed: &Placed,
+    k: usize,
+    sought: &Sought,
+    mut take: impl FnMut(Component, usize, f64),
+) {
+    let line = usize::from(scene.soundings[placed.numbers[k] as usize].line);
+    states.each_share(line, placed.located[k].time_s, |share| {
+        if sought.states || share.component == Component::LineHeight {
+            take(share.component, share.state, share.weight);
+        }
+    });
+}
+
+/// The unknowns that a tile touches, ascending.
+fn unknowns(scene: &Scene, states: &States, placed: &Placed, sought: &Sought) -> Vec<usize> {
+    let mut all: Vec<usize> = (0..COUNT).filter(|k| sought.parameters[*k]).collect();
+    for k in 0..placed.numbers.len() {
+        each_state(scene, states, placed, k, sought, |_, state, weight| {
+            if weight > 0.0 {
+                all.push(COUNT + state);
+            }
+        });
+    }
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The Jacobian of a tile with its trace terms; behind the unknowns stand the columns of the warps.
+pub(super) struct Rows {
+    /// Numbers of the unknowns, ascending.
+    pub unknowns: Vec<usize>,
+    /// The collocation.
+    pub found: Collocation,
+    /// How far each observation is adjusted.
+    pub adjusted: Vec<Adjusted>,
+    jacobian: DMatrix<f64>,
+    trace: DVector<f64>,
+}
+
+impl Rows {
+    /// Of a tile; `None` where too few soundings are left or the matrices are singular.
+    pub fn new(
+        locator: &Locator<'_>,
+        placed: &Placed,
+        field: &Field,
+        sought: &Sought,
+        part: Part,
+    ) -> Option<Self> {
+        if placed.numbers.len() < 6 {
+            return None;
+        }
+        let mut points = placed.points.clone();
+        for noise in &mut points.noise {
+            noise.sonar_m2 *= sought.inflation;
+            noise.ins_m2 *= sought.inflation;
+        }
+        let found = points.collocate(field)?;
+        let unknowns = unknowns(locator.scene, locator.states, placed, sought);
+        let factor = field.noise_factor * field.noise_factor * sought.inflation;
+        let count = placed.numbers.len();
+        let adjusted = |k| placed.adjusted(locator.scene, factor, &found, k);
+        let columns = unknowns.len() + WARPS;
+        let mut rows = Self {
+            adjusted: (0..count).map(adjusted).collect(),
+            jacobian: DMatrix::zeros(count, columns),
+            trace: DVector::zeros(columns),
+            unknowns,
+            found,
+        };
+        for k in 0..count {
+            rows.set_parameters(locator, placed, part, k);
+            rows.set_states(locator, placed, sought, k);
+            rows.set_warps(k, &(points.at_m[k].xy() / sought.warp_m));
+        }
+        Some(rows)
+    }
+
+    fn set_parameters(&mut self, locator: &Locator<'_>, placed: &Placed, part: Part, k: usize) {
+        let (located, adjusted) = (&placed.located[k], self.adjusted[k]);
+        let deep_m = locator.deep_m(placed.numbers[k] as usize, located, &adjusted);
+        let columns = located.columns(&adjusted, deep_m);
+        for c in 0..self.unknowns.partition_point(|unknown| *unknown < COUNT) {
+            self.set(k, c, &part.of(columns[self.unknowns[c]]));
+        }
+    }
+
+    fn set_states(&mut self, locator: &Locator<'_>, placed: &Placed, sought: &Sought, k: usize) {
+        let adjusted = self.adjusted[k];
+        let (scene, states) = (locator.scene, locator.states);
+        each_state(
+            scene,
+            states,
+            placed,
+            k,
+            sought,
+            |component, state, weight| {
+                if let Ok(c) = self.unknowns.binary_search(&(COUNT + state)) {
+                    let moved = placed.located[k].state_column(component, &adjusted);
+                    self.set(k, c, &(moved * weight));
+                }
+            },
+        );
+    }
+
+    /// Adds that the unknown of column `c` moves sounding `k` by `moved`.
+    fn set(&mut self, k: usize, c: usize, moved: &Vector3<f64>) {
+        let trace = &self.found.trace[k];
+        self.jacobian[(k, c)] += self.off_bed_m(k, moved);
+        self.trace[c] += trace.x * moved.x + trace.y * moved.y;
+    }
+
+    /// How far sounding `k` leaves the bed when it moves by `moved`.
+    pub fn off_bed_m(&self, k: usize, moved: &Vector3<f64>) -> f64 {
+        let slope = &self.found.slopes[k];
+        moved.z - slope.x * moved.x - slope.y * moved.y
+    }
+
+    fn set_warps(&mut self, k: usize, place: &Vector2<f64>) {
+        let first = self.unknowns.len();
+        for (c, g) in [1.0, place.x, place.y].into_iter().enumerate() {
+            self.set(k, first + 2 * c, &Vector3::new(g, 0.0, 0.0));
+            self.set(k, first + 2 * c + 1, &Vector3::new(0.0, g, 0.0));
+        }
+    }
+
+    /// What takes the warps, known to a metre, out of the unknowns: unknowns by warps.
+    fn eliminating(&self, weighted: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let kept = self.unknowns.len();
+        let warps = self.jacobian.columns(kept, WARPS);
+        let normal = warps.tr_mul(&weighted.columns(kept, WARPS)) + DMatrix::identity(WARPS, WARPS);
+        let coupling = warps.tr_mul(&weighted.columns(0, kept));
+        Some(normal.cholesky()?.solve(&coupling).transpose())
+    }
+
+    /// Information and score of the unknowns after the warps are eliminated.
+    fn without_warps(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let kept = self.unknowns.len();
+        let weighted = &self.found.precision * &self.jacobian;
+        let normal = self.jacobian.tr_mul(&weighted);
+        let score = -(self.jacobian.tr_mul(&self.found.alpha) + &self.trace);
+        let eliminating = self.eliminating(&weighted)?;
+        let coupling = normal.view((kept, 0), (WARPS, kept));
+        let information = normal.view((0, 0), (kept, kept)) - &eliminating * coupling;
+        let reduced = score.rows(0, kept) - &eliminating * score.rows(kept, WARPS);
+        Some((information, reduced))
+    }
+
+    /// How the score of the unknowns falls as each sounding's height grows: soundings by unknowns.
+    pub fn pulls(&self) -> Option<DMatrix<f64>> {
+        let kept = self.unknowns.len();
+        let weighted = &self.found.precision * &self.jacobian;
+        let eliminating = self.eliminating(&weighted)?;
+        Some(weighted.columns(0, kept) - weighted.columns(kept, WARPS) * eliminating.transpose())
+    }
+}
+
+/// All blocks and priors together.
+#[derive(Clone, Debug)]
+pub struct Normal {
+    information: Mat<f64>,
+    score: Vec<f64>,
+    /// Sum of squares of residuals, priors included.
+    pub omega: f64,
+    /// Degrees of freedom of `omega`.
+    pub freedom: f64,
+}
+
+/// The step, and the rows of the inverse that belong to the parameters.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    /// Change of every unknown.
+    pub step: Vec<f64>,
+    /// Rows of the inverse: parameters by unknowns.
+    pub inverse: Vec<Vec<f64>>,
+}
+
+impl Solved {
+    /// Covariance of two parameters.
+    #[must_use]
+    pub fn covariance(&self, a: usize, b: usize) -> f64 {
+        self.inverse[a][b]
+    }
+
+    /// Standard deviation of a parameter.
+    #[must_use]
+    pub fn sigma(&self, parameter: usize) -> f64 {
+        self.inverse[parameter][parameter].max(0.0).sqrt()
+    }
+}
+
+/// Information of the parameters' priors; 0 where there is none.
+#[must_use]
+pub fn prior_information(scene: &Scene) -> [f64; COUNT] {
+    let p = &scene.priors;
+    let of = |sigma: f64| if sigma > 0.0 { sigma.powi(-2) } else { 0.0 };
+    let [right, forward] = p.lever_arm_m;
+    [
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        of(p.range_scale),
+        of(p.heave_scale),
+        of(p.heave_lag_s),
+        of(right),
+        of(forward),
+        of(p.deep_sound_speed),
+    ]
+}
+
+impl Normal {
+    /// Sums the blocks in their order and adds the priors at the current distances from nominal.
+    #[must_use]
+    pub fn new(
+        scene: &Scene,
+        states: &States,
+        blocks: &[Block],
+        sought: &Sought,
+        from_nominal: &[f64; COUNT],
+        state_values: &[f64],
+    ) -> Self {
+        let size = COUNT + states.len();
+        let mut normal = Self {
+            information: Mat::zeros(size, size),
+            score: vec![0.0; size],
+            omega: 0.0,
+            freedom: 0.0,
+        };
+        for block in blocks {
+            normal.add(block);
+        }
+        normal.add_parameter_priors(scene, sought, from_nominal);
+        normal.add_state_priors(states, state_values);
+        normal
+    }
+
+    fn add(&mut self, block: &Block) {
+        for (a, row) in block.unknowns.iter().enumerate() {
+            self.score[*row] += block.score[a];
+            for (b, column) in block.unknowns.iter().enumerate().take(a + 1) {
+                self.information[(*row, *column)] += block.information[(a, b)];
+            }
+        }
+        self.omega += block.omega;
+        self.freedom += block.freedom as f64;
+    }
+
+    fn add_parameter_priors(
+        &mut self,
+        scene: &Scene,
+        sought: &Sought,
+        from_nominal: &[f64; COUNT],
+    ) {
+        for (k, information) in prior_information(scene).into_iter().enumerate() {
+            if !sought.parameters[k] {
+                self.information[(k, k)] += 1.0;
+                continue;
+            }
+            self.information[(k, k)] += information;
+            self.score[k] -= information * from_nominal[k];
+            self.omega += information * from_nominal[k] * from_nominal[k];
+            if information == 0.0 {
+                self.freedom -= 1.0;
+            }
+        }
+    }
+
+    fn add_state_priors(&mut self, states: &States, values: &[f64]) {
+        let (information, score) = (&mut self.information, &mut self.score);
+        let mut omega = 0.0;
+        states.each_information(|row, column, value| {
+            information[(COUNT + row, COUNT + column)] += value;
+            score[COUNT + row] -= value * values[column];
+            omega += value * values[row] * values[column];
+            if row != column {
+                score[COUNT + column] -= value * values[row];
+                omega += value * values[row] * values[column];
+            }
+        });
+        self.omega += omega;
+    }
+
+    /// Solves for the step; `None` where the matrix is not positive definite or the step is not a number.
+    #[must_use]
+    pub fn solve(&self) -> Option<Solved> {
+        let size = self.score.len();
+        let scale: Vec<f64> = (0..size)
+            .map(|k| self.information[(k, k)].max(1e-300).sqrt().recip())
+            .collect();
+        let mut factor = Mat::from_fn(size, size, |i, j| {
+            if i < j {
+                return 0.0;
+            }
+            self.information[(i, j)] * scale[i] * scale[j]
+        });
+        let mut solution = Mat::from_fn(size, 1 + COUNT, |i, j| match j {
+            0 => self.score[i] * scale[i],
+            _ if i + 1 == j => scale[i],
+            _ => 0.0,
+        });
+        solve_alone(&mut factor, &mut solution)?;
+        let column = |j: usize| (0..size).map(|i| solution[(i, j)] * scale[i]).collect();
+        let solved = Solved {
+            step: column(0),
+            inverse: (1..=COUNT).map(column).collect(),
+        };
+        let finite = solved.step.iter().all(|x| x.is_finite());
+        finite.then_some(solved)
+    }
+}
+
+/// Cholesky in place and solution in place, on one thread: the sum's order is then always the same, and a busy machine does not stall it.
+fn solve_alone(matrix: &mut Mat<f64>, right: &mut Mat<f64>) -> Option<()> {
+    let (size, columns) = (matrix.nrows(), right.ncols());
+    let params = faer::Spec::default();
+    let factor_room = llt::factor::cholesky_in_place_scratch::<f64>(size, Par::Seq, params);
+    let solve_room = llt::solve::solve_in_place_scratch::<f64>(size, columns, Par::Seq);
+    let mut room = MemBuffer::new(factor_room.or(solve_room));
+    let stack = MemStack::new(&mut room);
+    let regularisation = llt::factor::LltRegularization::default();
+    llt::factor::cholesky_in_place(matrix.as_mut(), regularisation, Par::Seq, stack, params)
+        .ok()?;
+    llt::solve::solve_in_place(matrix.as_ref(), right.as_mut(), Par::Seq, stack);
+    Some(())
+}
+
+/// Covariance from the scatter of the tiles' scores instead of the model: `N^-1 (sum s s' + priors) N^-1`, its diagonal.
+#[must_use]
+pub fn sandwich_variances(
+    scene: &Scene,
+    states: &States,
+    blocks: &[Block],
+    solved: &Solved,
+) -> [f64; COUNT] {
+    let mut variances = [0.0; COUNT];
+    let dot = |p: usize, unknowns: &[usize], score: &DVector<f64>| -> f64 {
+        let each = unknowns.iter().zip(score.iter());
+        each.map(|(u, s)| solved.inverse[p][*u] * s).sum()
+    };
+    let prior = prior_information(scene);
+    for (p, variance) in variances.iter_mut().enumerate() {
+        for block in blocks {
+            *variance += dot(p, &block.unknowns, &block.score).powi(2);
+        }
+        for (k, information) in prior.iter().enumerate() {
+            *variance += information * solved.inverse[p][k].powi(2);
+        }
+        states.each_information(|row, column, value| {
+            let (a, b) = (COUNT + row, COUNT + column);
+            let both = if row == column { 1.0 } else { 2.0 };
+            *variance += both * value * solved.inverse[p][a] * solved.inverse[p][b];
+        });
+    }
+    variances
+}

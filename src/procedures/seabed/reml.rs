@@ -1,0 +1,176 @@
+//! The field's parameters by restricted maximum likelihood over a few tiles, with the simplex of Nelder and Mead.
+
+use argmin::core::{CostFunction, Error, Executor, State};
+use argmin::solver::neldermead::NelderMead;
+use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
+use rayon::prelude::*;
+
+use super::field::{Field, Points};
+
+/// Where the parameters are looked for; an estimate at a bound of `noise_factor` or `length_m` is no estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Relief, metres.
+    pub sigma_m: [f64; 2],
+    /// Correlation length, metres.
+    pub length_m: [f64; 2],
+    /// Noise factor.
+    pub noise_factor: [f64; 2],
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self {
+            sigma_m: [2e-4, 5.0],
+            length_m: [0.5, 60.0],
+            noise_factor: [0.7, 1.9],
+        }
+    }
+}
+
+impl Bounds {
+    /// Which of the parameters lies at a bound (within a hundredth), in words.
+    #[must_use]
+    pub fn reached(&self, field: &Field) -> Option<String> {
+        let at = |x: f64, [low, high]: [f64; 2]| x < low * 1.01 || x > high * 0.99;
+        if at(field.noise_factor, self.noise_factor) {
+            return Some(format!(
+                "the noise of the soundings is {:.2} times the claimed one",
+                field.noise_factor
+            ));
+        }
+        (field.length_m < self.length_m[0] * 1.01).then(|| {
+            format!(
+                "the relief is correlated over {:.2} m only, which is noise",
+                field.length_m
+            )
+        })
+    }
+
+    fn of(&self, field: &Field) -> [(f64, [f64; 2]); 3] {
+        [
+            (field.sigma_m, self.sigma_m),
+            (field.length_m, self.length_m),
+            (field.noise_factor, self.noise_factor),
+        ]
+    }
+}
+
+struct Deviance<'a> {
+    tiles: &'a [Points],
+    bounds: Bounds,
+}
+
+/// Logarithms of the three parameters, as the simplex moves them.
+#[derive(Clone, Debug)]
+struct Logs([f64; 3]);
+
+impl ArgminAdd<Self, Self> for Logs {
+    fn add(&self, other: &Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k] + other.0[k]))
+    }
+}
+
+impl ArgminSub<Self, Self> for Logs {
+    fn sub(&self, other: &Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k] - other.0[k]))
+    }
+}
+
+impl ArgminMul<f64, Self> for Logs {
+    fn mul(&self, factor: &f64) -> Self {
+        Self(self.0.map(|x| x * factor))
+    }
+}
+
+fn field_of(log: &[f64; 3]) -> Field {
+    Field {
+        sigma_m: log[0].exp(),
+        length_m: log[1].exp(),
+        noise_factor: log[2].exp(),
+    }
+}
+
+impl Deviance<'_> {
+    /// The deviance, and outside the bounds that at the nearest allowed parameters plus a rising wall.
+    fn of(&self, log: &[f64; 3]) -> f64 {
+        let wanted = field_of(log);
+        let inside = |k: usize| {
+            let (x, [low, high]) = self.bounds.of(&wanted)[k];
+            x.clamp(low, high)
+        };
+        let field = Field {
+            sigma_m: inside(0),
+            length_m: inside(1),
+            noise_factor: inside(2),
+        };
+        let allowed = self.bounds.of(&field);
+        let wall: f64 = self
+            .bounds
+            .of(&wanted)
+            .iter()
+            .zip(&allowed)
+            .map(|(w, a)| (w.0 / a.0).ln().powi(2))
+            .sum();
+        let each: Vec<f64> = self
+            .tiles
+            .par_iter()
+            .map(|t| t.restricted_deviance(&field).unwrap_or(1e12))
+            .collect();
+        each.iter().sum::<f64>() * (1.0 + wall.min(1.0) * 1e-3) + 1e3 * wall
+    }
+}
+
+impl CostFunction for Deviance<'_> {
+    type Param = Logs;
+    type Output = f64;
+
+    fn cost(&self, log: &Logs) -> Result<f64, Error> {
+        Ok(self.of(&log.0))
+    }
+}
+
+/// Iterations of the simplex.
+const ITERATIONS: u64 = 60;
+
+/// Parameters of the field from these tiles, starting at `start`; `None` without tiles.
+#[must_use]
+pub fn restricted_likelihood(tiles: &[Points], start: &Field, bounds: &Bounds) -> Option<Field> {
+    if tiles.is_empty() {
+        return None;
+    }
+    let middle = [
+        start.sigma_m.ln(),
+        start.length_m.ln(),
+        start.noise_factor.ln(),
+    ];
+    let corner = |k: usize, by: f64| {
+        let mut vertex = middle;
+        vertex[k] += by;
+        Logs(vertex)
+    };
+    let simplex = vec![
+        Logs(middle),
+        corner(0, 0.7),
+        corner(1, 0.6),
+        corner(2, 0.25),
+    ];
+    let solver = NelderMead::new(simplex).with_sd_tolerance(1e-3).ok()?;
+    let problem = Deviance {
+        tiles,
+        bounds: *bounds,
+    };
+    let done = Executor::new(problem, solver)
+        .configure(|state| state.max_iters(ITERATIONS))
+        .ctrlc(false)
+        .timer(false)
+        .run()
+        .ok()?;
+    let best = field_of(&done.state().get_best_param()?.0);
+    let [sigma, length, factor] = bounds.of(&best).map(|(x, [low, high])| x.clamp(low, high));
+    Some(Field {
+        sigma_m: sigma,
+        length_m: length,
+        noise_factor: factor,
+    })
+}

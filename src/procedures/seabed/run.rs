@@ -1,0 +1,70 @@
+//! Both paths of a seabed calibration on one survey.
+
+use super::config::JointSettings;
+use super::joint::{Joint, JointError, Overlap, joint, overlap};
+use super::layout::Layout;
+use super::reference::{Patch, PatchConfig, patch_test};
+use super::scene::Scene;
+use super::states::States;
+use super::verdict::{Judgement, judge};
+use crate::calibrate::choices::Method;
+
+/// A survey and how it is to be calibrated.
+pub struct SeabedInput<'a> {
+    /// The survey.
+    pub scene: &'a Scene,
+    /// Which paths run.
+    pub method: Method,
+    /// The joint path.
+    pub joint: &'a JointSettings,
+    /// The reference path.
+    pub reference: &'a PatchConfig,
+}
+
+/// What both paths found.
+pub struct SeabedOutcome {
+    /// The reference path, where it ran.
+    pub reference: Option<Result<Patch, JointError>>,
+    /// The joint path with its judgement, where it ran.
+    pub joint: Option<Result<(Joint, Judgement), JointError>>,
+    /// How the lines lie and meet; nothing where they do not.
+    pub layout: Layout,
+}
+
+/// Calibrates.
+#[must_use]
+pub fn calibrate(input: &SeabedInput<'_>) -> SeabedOutcome {
+    let scene = input.scene;
+    let found = (input.method != Method::Sequential).then(|| joint(scene, input.joint));
+    let met = match &found {
+        Some(Ok(found)) => Ok(Overlap {
+            alive: found.alive.clone(),
+            tiles: found.tiles.clone(),
+        }),
+        Some(Err(error)) => Err(error.clone()),
+        None => overlap(scene, input.joint),
+    };
+    let layout = Layout::new(scene, met.as_ref().map_or(&[], |met| &met.tiles));
+    let by_reference = (input.method != Method::Joint).then(|| {
+        let met = met?;
+        let states = States::new(&scene.lines, &scene.ins, scene.priors.line_height_m);
+        let widest_rad = input.joint.max_angle_deg.to_radians();
+        Ok(patch_test(
+            scene,
+            &states,
+            &met.alive,
+            &layout,
+            input.reference,
+            widest_rad,
+        ))
+    });
+    SeabedOutcome {
+        reference: by_reference,
+        joint: found.map(|found| {
+            let found = found?;
+            let judged = judge(&found, &layout, &input.joint.seabed);
+            Ok((found, judged))
+        }),
+        layout,
+    }
+}

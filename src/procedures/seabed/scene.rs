@@ -1,0 +1,221 @@
+//! A seabed survey in memory: soundings of several lines, the trajectory in one local frame, the water, and what is known beforehand.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::georef::Layers;
+use crate::observe::{Mounting, Trajectory};
+
+/// A-priori noise and drift of the INS, metres, radians, seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InsNoise {
+    /// White position noise per record and axis, metres.
+    pub position_m: f64,
+    /// Drift of east and north, metres.
+    pub position_drift_m: f64,
+    /// Drift of the height, metres.
+    pub height_drift_m: f64,
+    /// Correlation time of the position drift, seconds.
+    pub position_correlation_s: f64,
+    /// White roll and pitch noise per record, radians.
+    pub roll_pitch_rad: f64,
+    /// Drift of roll and pitch, radians.
+    pub roll_pitch_drift_rad: f64,
+    /// Correlation time of the roll and pitch drift, seconds.
+    pub roll_pitch_correlation_s: f64,
+    /// White heading noise per record, radians.
+    pub heading_rad: f64,
+    /// Drift of the heading, radians.
+    pub heading_drift_rad: f64,
+    /// Correlation time of the heading drift, seconds.
+    pub heading_correlation_s: f64,
+}
+
+/// A-priori noise of the sonar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SonarNoise {
+    /// Range, metres, one sigma.
+    pub range_m: f64,
+    /// Across-track beam angle at the middle of the swath, radians, one sigma.
+    pub angle_rad: f64,
+    /// Growth to the outer beams: `sigma = angle (1 + growth (|a| / 60 deg)^3)`.
+    pub angle_growth: f64,
+}
+
+impl SonarNoise {
+    /// Standard deviation of a beam's across-track angle, radians.
+    #[must_use]
+    pub fn angle_sigma_rad(&self, across_rad: f64) -> f64 {
+        let outward = across_rad.abs() / 60f64.to_radians();
+        self.angle_rad * (1.0 + self.angle_growth * outward.powi(3))
+    }
+}
+
+/// One sounding of a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sounding {
+    /// Which line.
+    pub line: u16,
+    /// Stamp, seconds.
+    pub time_s: f64,
+    /// Across-track angle at the transducer, radians, positive to starboard.
+    pub across_rad: f64,
+    /// Along-track angle at the transducer, radians, positive forward.
+    pub along_rad: f64,
+    /// One-way travel time, seconds.
+    pub one_way_s: f64,
+    /// Number of the sounding in the observed file.
+    pub row: u32,
+}
+
+/// One line: its name and when it was sailed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Name for reports.
+    pub name: String,
+    /// Begin, seconds.
+    pub start_s: f64,
+    /// End, seconds.
+    pub end_s: f64,
+}
+
+/// Standard deviations of what is known beforehand; a figure of 0 holds the parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Priors {
+    /// Range scale.
+    pub range_scale: f64,
+    /// Scale of the heave channel.
+    pub heave_scale: f64,
+    /// Lag of the heave channel, seconds.
+    pub heave_lag_s: f64,
+    /// Lever arm to the right and forward, metres.
+    pub lever_arm_m: [f64; 2],
+    /// Relative error of the sound-speed profile at [`REFERENCE_DEPTH_M`].
+    pub deep_sound_speed: f64,
+    /// Tide or datum, one offset of each line, metres.
+    pub line_height_m: f64,
+}
+
+/// Depth below the transducer at which the error of the profile is stated, metres; it grows linearly from the transducer.
+pub const REFERENCE_DEPTH_M: f64 = 20.0;
+
+/// The water: its level in the local frame and the sound-speed profile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Water {
+    /// Height of the surface, metres.
+    pub level_m: f64,
+    /// Depths below the surface, metres, ascending.
+    pub depth_m: Vec<f64>,
+    /// Sound speed at each, metres per second.
+    pub speed_m_s: Vec<f64>,
+    /// Depth of the transducer, metres, where the profile's error is zero.
+    pub transducer_m: f64,
+}
+
+impl Water {
+    /// The layers when the profile is wrong by `error` (relative) at the reference depth.
+    ///
+    /// `None` where the profile cannot be used.
+    #[must_use]
+    pub fn layers(&self, error: f64) -> Option<Layers> {
+        let off = |depth: f64| 1.0 + error * (depth - self.transducer_m) / REFERENCE_DEPTH_M;
+        let speed = self.depth_m.iter().zip(&self.speed_m_s);
+        let profile = crate::observe::SoundSpeedProfile {
+            depth_m: self.depth_m.clone(),
+            speed_m_s: speed.map(|(depth, c)| c * off(*depth)).collect(),
+        };
+        Layers::new(&profile).ok()
+    }
+}
+
+/// A survey ready to be calibrated.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Poses of the body in the local frame: east, north, up.
+    pub trajectory: Trajectory,
+    /// Wave-band heave of each record, metres, see [`wave_heave_m`].
+    pub heave_m: Vec<f64>,
+    /// What the INS claims.
+    pub ins: InsNoise,
+    /// The lines.
+    pub lines: Vec<Line>,
+    /// All soundings, line after line, in order of time within each.
+    pub soundings: Vec<Sounding>,
+    /// The water.
+    pub water: Water,
+    /// What the sonar claims.
+    pub sonar: SonarNoise,
+    /// Nominal mounting of the sonar.
+    pub nominal: Mounting,
+    /// What is known beforehand.
+    pub priors: Priors,
+}
+
+impl Scene {
+    /// Median depth of the soundings below the transducer at the nominal mounting, metres; 0 without soundings.
+    #[must_use]
+    pub fn typical_depth_m(&self) -> f64 {
+        let speed = self.water.speed_m_s.first().copied().unwrap_or(1500.0);
+        let step = (self.soundings.len() / 5000).max(1);
+        let depth = |s: &Sounding| s.one_way_s * speed * (s.across_rad + self.nominal_roll()).cos();
+        let mut depths: Vec<f64> = self.soundings.iter().step_by(step).map(depth).collect();
+        crate::stats::median(&mut depths).unwrap_or(0.0)
+    }
+
+    fn nominal_roll(&self) -> f64 {
+        -self.nominal.angles().0
+    }
+}
+
+/// Correlation length of the smoothing that separates waves from slow heights, seconds.
+const WAVE_BAND_S: f64 = 5.0;
+
+/// Measured height minus its Gaussian mean over 5 s, record by record, metres; a mean does not reach over a gap of the records.
+#[must_use]
+pub fn wave_heave_m(trajectory: &Trajectory, max_gap_s: f64) -> Vec<f64> {
+    let (time_s, position_m) = (trajectory.times_s(), trajectory.positions_m());
+    let pieces = pieces(time_s, max_gap_s);
+    let smooth = |piece: std::ops::Range<usize>| {
+        let (begin, end) = (piece.start, piece.end);
+        piece.map(move |k| {
+            position_m[k].z - mean_height_m(time_s, position_m, begin..end, time_s[k])
+        })
+    };
+    pieces.into_iter().flat_map(smooth).collect()
+}
+
+/// Gaussian mean of the heights of `piece` about a time; the weights of records off both ends fall away.
+fn mean_height_m(
+    time_s: &[f64],
+    position_m: &[Vector3<f64>],
+    piece: std::ops::Range<usize>,
+    at_s: f64,
+) -> f64 {
+    let reach_s = 4.0 * WAVE_BAND_S;
+    let first = piece.start + time_s[piece.clone()].partition_point(|t| *t < at_s - reach_s);
+    let last = piece.start + time_s[piece].partition_point(|t| *t <= at_s + reach_s);
+    let (mut weight, mut sum) = (0.0, 0.0);
+    for k in first..last {
+        let x = (time_s[k] - at_s) / WAVE_BAND_S;
+        let w = (-0.5 * x * x).exp();
+        weight += w;
+        sum += w * position_m[k].z;
+    }
+    sum / weight
+}
+
+/// Ranges of records without a gap.
+fn pieces(time_s: &[f64], max_gap_s: f64) -> Vec<std::ops::Range<usize>> {
+    let (mut pieces, mut begin) = (vec![], 0);
+    for k in 1..=time_s.len() {
+        if k == time_s.len() || time_s[k] - time_s[k - 1] > max_gap_s {
+            pieces.push(begin..k);
+            begin = k;
+        }
+    }
+    pieces
+}
+
+/// Body axes of an attitude as columns, for derivatives.
+pub(super) fn axis(rotation: &Matrix3<f64>, k: usize) -> Vector3<f64> {
+    rotation.column(k).into_owned()
+}

@@ -1,0 +1,177 @@
+//! What the white noise of the INS does beyond what the blocks know.
+//!
+//! A tile takes the noise of its soundings as independent. That of range and angle is; that of an INS record is not: every beam of a ping,
+//! and every ping between the same two records, has it in common, in all tiles that the ping meets. With many beams the mean over a ping
+//! would be believed better than the INS record it hangs on. The estimate stays what it is; its covariance is that of the same linear
+//! estimator under the noise as it is:
+//!
+//! `C = N^-1 + sum_i sigma^2 (g_i g_i') - 2/3 sum_k sigma^2 c_k^2 q_k q_k'`
+//!
+//! with `q_k` the change of the parameters with sounding k's height, `c_k` the change of that height with a component of the record's
+//! error, `g_i` the sum of `w_ik c_k q_k` over the soundings that record i takes part in with weight `w_ik` (linear interpolation), and
+//! 2/3 the mean of `w^2 + (1 - w)^2`, which is what the blocks have.
+
+use std::collections::BTreeMap;
+
+use nalgebra::SVector;
+use rayon::prelude::*;
+
+use super::field::Field;
+use super::model::{COUNT, Locator};
+use super::normal::{Part, Placed, Rows, Solved, Sought};
+use super::scene::InsNoise;
+use super::states::Component;
+use super::tiles::Tile;
+
+/// One value of each parameter.
+pub type Parameters = SVector<f64, COUNT>;
+/// A covariance of the parameters.
+pub type Covariance = nalgebra::SMatrix<f64, COUNT, COUNT>;
+
+/// Components of a record's error.
+const COMPONENTS: [Component; 6] = [
+    Component::East,
+    Component::North,
+    Component::Up,
+    Component::Pitch,
+    Component::Roll,
+    Component::Heading,
+];
+
+fn sigma(component: Component, ins: &InsNoise) -> f64 {
+    match component {
+        Component::East | Component::North | Component::Up | Component::LineHeight => {
+            ins.position_m
+        }
+        Component::Pitch | Component::Roll => ins.roll_pitch_rad,
+        Component::Heading => ins.heading_rad,
+    }
+}
+
+/// One sounding's part in the parameters.
+#[derive(Clone, Debug, PartialEq)]
+struct Influence {
+    /// Record before it, and the weight of the one after.
+    record: usize,
+    weight: f64,
+    /// Change of the parameters with its height.
+    parameters: Parameters,
+    /// Change of its height with each component of an error of the INS, times that component's sigma.
+    errors: [f64; 6],
+    /// Variance that the blocks have of the INS, square metres.
+    known_m2: f64,
+}
+
+/// What is to be added to the covariance `N^-1`.
+#[must_use]
+pub fn shared_noise(
+    locator: &Locator<'_>,
+    tiles: &[Tile],
+    alive: &[bool],
+    (field, sought): (&Field, &Sought),
+    solved: &Solved,
+) -> Covariance {
+    let of = |tile: &Tile| {
+        let placed = Placed::new(locator.scene, locator, tile, alive);
+        influences(locator, &placed, field, sought, solved).unwrap_or_default()
+    };
+    let all: Vec<Vec<Influence>> = tiles.par_iter().map(of).collect();
+    together(all.iter().flatten())
+}
+
+fn influences(
+    locator: &Locator<'_>,
+    placed: &Placed,
+    field: &Field,
+    sought: &Sought,
+    solved: &Solved,
+) -> Option<Vec<Influence>> {
+    let rows = Rows::new(locator, placed, field, sought, Part::All)?;
+    let pulls = rows.pulls()?;
+    let trajectory = &locator.scene.trajectory;
+    let times = trajectory.times_s();
+    let one = |k: usize| {
+        let located = &placed.located[k];
+        let record = trajectory.record_before(located.time_s).ok()?;
+        let change = |p: usize| -> f64 {
+            let unknowns = rows.unknowns.iter().enumerate();
+            unknowns
+                .map(|(c, u)| pulls[(k, c)] * solved.inverse[p][*u])
+                .sum()
+        };
+        let error = |component: Component| {
+            let moved = located.state_column(component, &rows.adjusted[k]);
+            rows.off_bed_m(k, &moved) * sigma(component, &locator.scene.ins)
+        };
+        Some(Influence {
+            record,
+            weight: (located.time_s - times[record]) / (times[record + 1] - times[record]),
+            parameters: Parameters::from_fn(|p, _| change(p)),
+            errors: COMPONENTS.map(error),
+            known_m2: placed.points.noise[k].ins_m2,
+        })
+    };
+    (0..placed.numbers.len()).map(one).collect()
+}
+
+/// Sums over the records, less what the blocks have.
+fn together<'a>(all: impl Iterator<Item = &'a Influence>) -> Covariance {
+    let mut records: BTreeMap<usize, [Parameters; 6]> = BTreeMap::new();
+    let mut sum = Covariance::zeros();
+    for one in all {
+        for (record, weight) in [(one.record, 1.0 - one.weight), (one.record + 1, one.weight)] {
+            let moved = records.entry(record).or_insert([Parameters::zeros(); 6]);
+            for (total, error) in moved.iter_mut().zip(one.errors) {
+                *total += one.parameters * (weight * error);
+            }
+        }
+        sum -= one.parameters * one.parameters.transpose() * one.known_m2;
+    }
+    for moved in records.values().flatten() {
+        sum += moved * moved.transpose();
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn beam(record: usize, weight: f64) -> Influence {
+        Influence {
+            record,
+            weight,
+            parameters: Parameters::from_fn(|p, _| if p == 0 { 0.5 } else { 0.0 }),
+            errors: [0.0, 0.0, 0.002, 0.0, 0.0, 0.0],
+            known_m2: 0.002 * 0.002,
+        }
+    }
+
+    /// Beams of one ping on a record: their common 2 mm moves the parameter by n / 2 of 2 mm, not by sqrt(n) / 2.
+    #[test]
+    fn beams_of_one_ping_share_its_record() {
+        let n = 40.0;
+        let ping: Vec<Influence> = (0..40).map(|_| beam(7, 0.0)).collect();
+        let known = n * 0.25 * 0.002 * 0.002;
+        let expected = (n * 0.5 * 0.002_f64).powi(2) - known;
+        assert!((together(ping.iter())[(0, 0)] - expected).abs() < 1e-15);
+    }
+
+    /// One beam on each of many records is what the blocks take it for.
+    #[test]
+    fn beams_on_records_of_their_own_add_nothing() {
+        let apart: Vec<Influence> = (0..40).map(|k| beam(3 * k, 0.0)).collect();
+        assert!(together(apart.iter()).amax() < 1e-18);
+    }
+
+    /// Half way between two records the noise is halved in variance, whoever shares it.
+    #[test]
+    fn between_records_the_noise_is_their_mean() {
+        let middle = Influence {
+            known_m2: 0.0,
+            ..beam(3, 0.5)
+        };
+        let variance = together([&middle].into_iter())[(0, 0)];
+        assert!((variance - 0.5 * 0.25 * 4e-6).abs() < 1e-18, "{variance}");
+    }
+}

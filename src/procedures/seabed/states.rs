@@ -1,0 +1,248 @@
+//! Slow errors of the trajectory as Gauss-Markov states on knots, line by line, and one height of each line.
+
+use super::scene::{InsNoise, Line};
+
+/// What a state moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Component {
+    /// East, metres.
+    East,
+    /// North, metres.
+    North,
+    /// Up, metres.
+    Up,
+    /// Turn about the body's x axis, radians.
+    Pitch,
+    /// Turn about the body's y axis, radians.
+    Roll,
+    /// Turn about the body's z axis, radians.
+    Heading,
+    /// One height of a line (tide, datum), metres.
+    LineHeight,
+}
+
+/// The six that drift.
+const DRIFTING: [Component; 6] = [
+    Component::East,
+    Component::North,
+    Component::Up,
+    Component::Pitch,
+    Component::Roll,
+    Component::Heading,
+];
+
+/// A component's drift over all lines: what it is, how large, how fast, and how its knots lie.
+#[derive(Clone, Debug, PartialEq)]
+struct Chain {
+    component: Component,
+    sigma: f64,
+    correlation_s: f64,
+    /// Per line: first state, first knot (seconds), knot interval (seconds), number of knots.
+    knots: Vec<Knots>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Knots {
+    first: usize,
+    start_s: f64,
+    interval_s: f64,
+    count: usize,
+}
+
+impl Knots {
+    fn time_s(&self, k: usize) -> f64 {
+        self.start_s + self.interval_s * k as f64
+    }
+
+    /// Knot before a time and the weight of the knot after it; held at the ends.
+    fn place(&self, time_s: f64) -> (usize, f64) {
+        let at = ((time_s - self.start_s) / self.interval_s).clamp(0.0, (self.count - 1) as f64);
+        let before = (at as usize).min(self.count.saturating_sub(2));
+        (before, at - before as f64)
+    }
+}
+
+/// One state's share in an error at a moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share {
+    /// What the state moves.
+    pub component: Component,
+    /// Number of the state.
+    pub state: usize,
+    /// Weight of the state.
+    pub weight: f64,
+}
+
+/// All states of a survey.
+#[derive(Clone, Debug, PartialEq)]
+pub struct States {
+    chains: Vec<Chain>,
+    heights: usize,
+    height_sigma_m: f64,
+    lines: usize,
+}
+
+/// Knots of a slow component, seconds: what lies between them stays below a millimetre for an ordinary INS.
+const SLOW_KNOTS_S: f64 = 12.0;
+/// Knots of the height, seconds: its drift falls into the band of the waves, where pitch and yaw have their information.
+const HEIGHT_KNOTS_S: f64 = 2.0;
+/// Most states of one component; longer surveys get wider knots.
+const MOST_KNOTS: usize = 1500;
+
+impl States {
+    /// For these lines.
+    #[must_use]
+    pub fn new(lines: &[Line], ins: &InsNoise, height_sigma_m: f64) -> Self {
+        let (mut chains, mut next) = (vec![], 0);
+        for component in DRIFTING {
+            let (sigma, correlation_s, wanted_s) = spec(component, ins);
+            let interval_s = widened(lines, wanted_s);
+            let mut chain = Chain {
+                component,
+                sigma,
+                correlation_s,
+                knots: vec![],
+            };
+            for line in lines {
+                let span_s = (line.end_s - line.start_s).max(interval_s);
+                let count = (span_s / interval_s).ceil() as usize + 1;
+                chain.knots.push(Knots {
+                    first: next,
+                    start_s: line.start_s,
+                    interval_s: span_s / (count - 1) as f64,
+                    count,
+                });
+                next += count;
+            }
+            if sigma > 0.0 {
+                chains.push(chain);
+            } else {
+                next = chain.knots.first().map_or(next, |k| k.first);
+            }
+        }
+        Self {
+            chains,
+            heights: next,
+            height_sigma_m,
+            lines: lines.len(),
+        }
+    }
+
+    /// Number of states.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.heights + self.lines
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// East, north, up (metres), turns about x, y, z (radians) on a line at a time.
+    #[must_use]
+    pub fn at(&self, line: usize, time_s: f64, states: &[f64]) -> [f64; 6] {
+        let mut error = [0.0; 6];
+        self.each_share(line, time_s, |share| {
+            let place = match share.component {
+                Component::East => 0,
+                Component::North => 1,
+                Component::Up | Component::LineHeight => 2,
+                Component::Pitch => 3,
+                Component::Roll => 4,
+                Component::Heading => 5,
+            };
+            error[place] += share.weight * states[share.state];
+        });
+        error
+    }
+
+    /// Calls `take` with every state that acts on a line at a time.
+    pub fn each_share(&self, line: usize, time_s: f64, mut take: impl FnMut(Share)) {
+        for chain in &self.chains {
+            let knots = &chain.knots[line];
+            let (before, part) = knots.place(time_s);
+            for (state, weight) in [(before, 1.0 - part), (before + 1, part)] {
+                take(Share {
+                    component: chain.component,
+                    state: knots.first + state,
+                    weight,
+                });
+            }
+        }
+        take(Share {
+            component: Component::LineHeight,
+            state: self.heights + line,
+            weight: 1.0,
+        });
+    }
+
+    /// Number of the state that is a line's height.
+    #[must_use]
+    pub fn height_of(&self, line: usize) -> usize {
+        self.heights + line
+    }
+
+    /// Calls `add(row, column, information)` with the lower triangle of the priors' information.
+    ///
+    /// A chain runs on from line to line: `x' = phi x + w`, `var w = sigma^2 (1 - phi^2)`, exact for any interval.
+    pub fn each_information(&self, mut add: impl FnMut(usize, usize, f64)) {
+        for chain in &self.chains {
+            let variance = chain.sigma * chain.sigma;
+            let mut before: Option<(usize, f64)> = None;
+            let knots = chain.knots.iter();
+            for (state, time_s) in
+                knots.flat_map(|k| (0..k.count).map(move |i| (k.first + i, k.time_s(i))))
+            {
+                match before {
+                    None => add(state, state, 1.0 / variance),
+                    Some((last, last_s)) => {
+                        let keep = (-(time_s - last_s).abs() / chain.correlation_s).exp();
+                        let information = 1.0 / (variance * (1.0 - keep * keep).max(1e-12));
+                        add(state, state, information);
+                        add(last, last, keep * keep * information);
+                        add(state.max(last), state.min(last), -keep * information);
+                    }
+                }
+                before = Some((state, time_s));
+            }
+        }
+        for line in 0..self.lines {
+            let information = 1.0 / (self.height_sigma_m * self.height_sigma_m);
+            add(self.heights + line, self.heights + line, information);
+        }
+    }
+}
+
+/// Standard deviation, correlation time and wanted knot interval of a component.
+fn spec(component: Component, ins: &InsNoise) -> (f64, f64, f64) {
+    match component {
+        Component::East | Component::North => (
+            ins.position_drift_m,
+            ins.position_correlation_s,
+            SLOW_KNOTS_S,
+        ),
+        Component::Up | Component::LineHeight => (
+            ins.height_drift_m,
+            ins.position_correlation_s,
+            HEIGHT_KNOTS_S,
+        ),
+        Component::Pitch | Component::Roll => (
+            ins.roll_pitch_drift_rad,
+            ins.roll_pitch_correlation_s,
+            SLOW_KNOTS_S,
+        ),
+        Component::Heading => (
+            ins.heading_drift_rad,
+            ins.heading_correlation_s,
+            SLOW_KNOTS_S,
+        ),
+    }
+}
+
+/// The interval, widened where the survey is so long that there would be too many knots.
+fn widened(lines: &[Line], wanted_s: f64) -> f64 {
+    let span_s: f64 = lines.iter().map(|l| (l.end_s - l.start_s).max(0.0)).sum();
+    wanted_s.max(span_s / MOST_KNOTS as f64)
+}

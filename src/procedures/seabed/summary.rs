@@ -1,0 +1,479 @@
+//! The outcome of both paths as a result.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+use serde_json::json;
+
+use super::joint::{Joint, JointError};
+use super::model::{COUNT, PARAMETERS, Values};
+use super::reference::Patch;
+use super::run::{SeabedInput, SeabedOutcome};
+use super::scene::Scene;
+use super::simulate::SeabedTruth;
+use super::verdict::{Judgement, Reason};
+use crate::adjust::Unit;
+use crate::calibrate::metric;
+use crate::calibrate::quality::readable;
+use crate::calibrate::solution::{Mounted, iterations, matrices, parameter};
+use crate::geometry::rotation;
+use crate::results::{
+    AgainstTruth, Calibration, Comparison, Difference, Finding, Page, Parameter, Provenance,
+    SCHEMA, SensorCounts, Severity, Solution, Solutions, Status, TextTable, TruthRow, Verdict,
+};
+
+/// Columns of the mounting's six; the lever arm upwards is held and has none.
+const SIX: [Option<usize>; 6] = [Some(0), Some(1), Some(2), Some(7), Some(8), None];
+/// The other parameters in the order of a result.
+const OTHERS: [(&str, Unit, usize); 5] = [
+    ("latency", Unit::Second, 3),
+    ("range scale", Unit::One, 4),
+    ("heave scale", Unit::One, 5),
+    ("heave lag", Unit::Second, 6),
+    ("deep sound speed", Unit::One, 9),
+];
+
+/// Every column in the order of a result.
+fn columns() -> Vec<Option<usize>> {
+    let others = OTHERS.iter().map(|o| Some(o.2));
+    SIX.into_iter().chain(others).collect()
+}
+
+/// The result of a calibration.
+pub(super) fn result(
+    outcome: &SeabedOutcome,
+    input: &SeabedInput<'_>,
+    read: usize,
+    provenance: Provenance,
+) -> Calibration {
+    let reference = outcome.reference.as_ref();
+    let solutions = Solutions {
+        reference: reference.map(|found| by_patch_test(found, input.scene)),
+        joint: outcome
+            .joint
+            .as_ref()
+            .map(|found| jointly(found, input.scene)),
+        joint_simple: None,
+    };
+    let verdict = verdict(outcome, solutions.reference.as_ref());
+    let deciding = solutions.deciding().is_some_and(|s| s.usable);
+    Calibration {
+        schema: SCHEMA,
+        procedure: "seabed".to_owned(),
+        provenance,
+        usable: verdict.state.is_usable() && deciding,
+        reason: verdict.reason(),
+        verdict,
+        counts: counts(outcome, input.scene, read),
+        comparison: comparison(outcome),
+        solutions,
+        residual_rms_m: BTreeMap::new(),
+        notes: notes(outcome),
+        details: details(outcome),
+        conventions: vec![],
+    }
+}
+
+fn finding(reason: &Reason) -> Finding {
+    Finding::new(
+        reason.code,
+        Severity::Refuses,
+        reason.words.clone(),
+        format!("takes away {}", reason.parameters.join(", ")),
+        reason.advice.clone(),
+    )
+}
+
+fn no_solution(error: &JointError) -> Verdict {
+    let advice = "sail a line back on the same track and one beside it";
+    Verdict::not_determined(vec![Finding::new(
+        "no_solution",
+        Severity::Refuses,
+        error.to_string(),
+        "a solution",
+        advice,
+    )])
+}
+
+fn verdict(outcome: &SeabedOutcome, reference: Option<&Solution>) -> Verdict {
+    match (&outcome.joint, &outcome.reference) {
+        (Some(Ok((_, judged))), _) => {
+            let findings: Vec<Finding> = judged.reasons.iter().map(finding).collect();
+            if judged.usable() {
+                Verdict::of(findings)
+            } else {
+                Verdict::not_determined(findings)
+            }
+        }
+        (Some(Err(error)), _) | (None, Some(Err(error))) => no_solution(error),
+        (None, _) => match reference {
+            Some(found) if !found.usable => Verdict::not_determined(vec![Finding::new(
+                "layout",
+                Severity::Refuses,
+                found.message.clone(),
+                "a pair of lines for each angle",
+                "sail the missing line",
+            )]),
+            _ => Verdict::of(vec![]),
+        },
+    }
+}
+
+/// What a parameter that stands within its prior is worth.
+const WITHIN_PRIOR: &str = "held within its prior: takes up errors of its kind, no result";
+
+fn note(column: Option<usize>, joint: &Joint, judged: &Judgement) -> &'static str {
+    match column {
+        None => "held: inseparable from the heights of the lines",
+        Some(k) if !joint.sought[k] => "held",
+        Some(k) if judged.determined[k] => "",
+        Some(0..4) => "not determined",
+        Some(_) => WITHIN_PRIOR,
+    }
+}
+
+/// The parameter as it may be reported.
+fn reported(parameter: Parameter, note: &str) -> Parameter {
+    let refused = note == "not determined";
+    let shown = |x: Option<f64>| x.filter(|_| !refused);
+    Parameter {
+        value: shown(parameter.value),
+        correction: shown(parameter.correction),
+        sigma: shown(parameter.sigma),
+        determined: note.is_empty(),
+        note: note.to_owned(),
+        ..parameter
+    }
+}
+
+fn jointly(found: &Result<(Joint, Judgement), JointError>, scene: &Scene) -> Solution {
+    let (joint, judged) = match found {
+        Ok(found) => found,
+        Err(error) => return Solution::without_result(Status::Refused, error.to_string()),
+    };
+    let covariance = covariance(joint);
+    let mounting = &joint.values.mounting;
+    let mounted = Mounted {
+        name: "multibeam",
+        rotation: (&mounting.rotation, &scene.nominal.rotation),
+        lever_arm_m: Some((mounting.lever_arm_m, scene.nominal.lever_arm_m)),
+        covariance: Some(&covariance),
+    };
+    let off = joint.values.from_nominal(scene);
+    let others = OTHERS
+        .iter()
+        .map(|(name, unit, k)| parameter(name, *unit, off[*k], Some(joint.sigma(*k))));
+    let all = mounted.parameters("").into_iter().chain(others);
+    let parameters = all
+        .zip(columns())
+        .map(|(p, column)| reported(p, note(column, joint, judged)))
+        .collect();
+    let usable = judged.usable();
+    let (covariance_rows, correlation_rows) = matrices(&covariance);
+    Solution {
+        usable,
+        parameters,
+        covariance: covariance_rows.filter(|_| usable),
+        correlation: correlation_rows.filter(|_| usable),
+        mountings: usable.then(|| mounted.result()).into_iter().collect(),
+        convergence: iterations(
+            0,
+            0,
+            joint
+                .passes
+                .iter()
+                .map(|p| (p.omega_over_freedom, p.step_sigmas)),
+        )
+        .collect(),
+        ..Solution::without_result(status(joint, usable), judged.words())
+    }
+}
+
+fn status(joint: &Joint, usable: bool) -> Status {
+    match (joint.converged, usable) {
+        (false, _) => Status::OutOfIterations,
+        (true, true) => Status::Converged,
+        (true, false) => Status::Refused,
+    }
+}
+
+fn covariance(joint: &Joint) -> DMatrix<f64> {
+    let all = columns();
+    DMatrix::from_fn(all.len(), all.len(), |i, j| match (all[i], all[j]) {
+        (Some(a), Some(b)) => joint.covariance[a][b],
+        _ => 0.0,
+    })
+}
+
+fn by_patch_test(found: &Result<Patch, JointError>, scene: &Scene) -> Solution {
+    let patch = match found {
+        Ok(found) => found,
+        Err(error) => return Solution::without_result(Status::Refused, error.to_string()),
+    };
+    let mounting = &patch.values.mounting;
+    let mounted = Mounted {
+        name: "multibeam",
+        rotation: (&mounting.rotation, &scene.nominal.rotation),
+        lever_arm_m: Some((mounting.lever_arm_m, scene.nominal.lever_arm_m)),
+        covariance: None,
+    };
+    let latency = parameter("latency", Unit::Second, patch.values.latency_s, None);
+    let angles = mounted.parameters("").into_iter().take(3);
+    let parameters = angles.chain([latency]).zip(patch.found).map(|(p, found)| {
+        if found {
+            p
+        } else {
+            Parameter {
+                note: "no pair of lines for it".to_owned(),
+                ..reported(p, "not determined")
+            }
+        }
+    });
+    let parameters: Vec<Parameter> = parameters.collect();
+    let without: Vec<&str> = (0..3)
+        .filter(|k| !patch.found[*k])
+        .map(|k| parameters[k].name.as_str())
+        .collect();
+    let usable = without.is_empty();
+    let message = if usable {
+        String::new()
+    } else {
+        format!("no pair of lines for {}", without.join(", "))
+    };
+    let end = if usable {
+        Status::Converged
+    } else {
+        Status::Refused
+    };
+    Solution {
+        usable,
+        mountings: usable.then(|| mounted.result()).into_iter().collect(),
+        parameters,
+        ..Solution::without_result(end, message)
+    }
+}
+
+/// The patch test minus the joint path: what both found, in the metric of the joint covariance.
+fn comparison(outcome: &SeabedOutcome) -> Option<Comparison> {
+    let (joint, judged) = outcome.joint.as_ref()?.as_ref().ok()?;
+    let patch = outcome.reference.as_ref()?.as_ref().ok()?;
+    let both: Vec<usize> = (0..4)
+        .filter(|k| patch.found[*k] && judged.determined[*k])
+        .collect();
+    let (ours, theirs) = (&joint.values, &patch.values);
+    let turn = rotation::log(&(theirs.mounting.rotation * ours.mounting.rotation.transpose()));
+    let all = [turn.x, turn.y, turn.z, theirs.latency_s - ours.latency_s];
+    let d = DVector::from_iterator(both.len(), both.iter().map(|k| all[*k]));
+    let covariance = DMatrix::from_fn(both.len(), both.len(), |i, j| {
+        joint.covariance[both[i]][both[j]]
+    });
+    let (chi_square, degrees, p_value) = metric::chi_square(&d, &covariance)?;
+    let difference = |k: &usize| {
+        let unit = if *k < 3 { Unit::Radian } else { Unit::Second };
+        let (difference, word) = readable(all[*k], unit);
+        Difference {
+            name: PARAMETERS[*k].0.to_owned(),
+            unit: word.to_owned(),
+            difference,
+            in_joint_sigmas: all[*k] / joint.sigma(*k),
+        }
+    };
+    Some(Comparison {
+        differences: both.iter().map(difference).collect(),
+        chi_square,
+        degrees_of_freedom: degrees as u32,
+        p_value,
+    })
+}
+
+fn counts(outcome: &SeabedOutcome, scene: &Scene, read: usize) -> BTreeMap<String, SensorCounts> {
+    let on_lines = scene.soundings.len();
+    let mut rejected = BTreeMap::from([("off every line".to_owned(), (read - on_lines) as u64)]);
+    let mut used = 0;
+    if let Some(Ok((joint, _))) = &outcome.joint {
+        used = joint
+            .tiles
+            .iter()
+            .flat_map(|t| &t.members)
+            .filter(|k| joint.alive[**k as usize])
+            .count();
+        let residual = joint.rejected;
+        rejected.insert("off their line's surface".to_owned(), joint.screened as u64);
+        rejected.insert("by their residual".to_owned(), residual as u64);
+        let rest = on_lines - joint.screened - residual - used;
+        rejected.insert("not drawn for a tile".to_owned(), rest as u64);
+    } else {
+        rejected.insert("not adjusted".to_owned(), on_lines as u64);
+    }
+    let counts = SensorCounts {
+        read: read as u64,
+        used: used as u64,
+        rejected,
+    };
+    BTreeMap::from([("multibeam".to_owned(), counts)])
+}
+
+fn notes(outcome: &SeabedOutcome) -> Vec<String> {
+    let judged = match &outcome.joint {
+        Some(Ok((_, judged))) => judged.notes.clone(),
+        _ => vec![],
+    };
+    let scale = "scale, heave, lever arm and profile are held within their priors; the latency's sigma holds as long as heave and attitude are of one clock within the heave lag's prior";
+    let mut all = vec![scale.to_owned()];
+    all.extend(judged);
+    all
+}
+
+fn details(outcome: &SeabedOutcome) -> serde_json::Value {
+    let joint = match &outcome.joint {
+        Some(Ok((joint, judged))) => json!({
+            "field": {
+                "relief_m": joint.field.sigma_m,
+                "length_m": joint.field.length_m,
+                "noise_factor": joint.field.noise_factor,
+            },
+            "omega_over_freedom": joint.omega_over_freedom,
+            "degrees_of_freedom": joint.freedom,
+            "tiles": joint.tiles.len(),
+            "sigmas": sigmas(joint),
+            "passes": joint.passes,
+            "reasons": judged.reasons,
+        }),
+        _ => serde_json::Value::Null,
+    };
+    let patch = match &outcome.reference {
+        Some(Ok(patch)) => json!(patch.steps),
+        _ => serde_json::Value::Null,
+    };
+    json!({ "layout": outcome.layout, "joint": joint, "patch_test": patch })
+}
+
+/// Each parameter's sigma by the model, by the tiles' scatter, from relief and from motion alone; rad, m, s, 1.
+fn sigmas(joint: &Joint) -> serde_json::Value {
+    let part = |all: Option<[f64; COUNT]>, k: usize| all.map(|s| s[k]).filter(|s| s.is_finite());
+    let one = |k: usize| {
+        json!({
+            "name": PARAMETERS[k].0,
+            "unit": PARAMETERS[k].1,
+            "model": joint.sigma(k),
+            "scatter": joint.sandwich_sigma[k],
+            "relief": part(joint.relief_sigma, k),
+            "motion": part(joint.motion_sigma, k),
+        })
+    };
+    (0..COUNT).filter(|k| joint.sought[*k]).map(one).collect()
+}
+
+/// The report's own section.
+pub(super) fn page(
+    outcome: &SeabedOutcome,
+    scene: &Scene,
+    name: &str,
+    truth: Option<&SeabedTruth>,
+) -> Page {
+    Page {
+        title: name.to_owned(),
+        kind: "calibration of a multibeam's mounting over natural seabed",
+        data: details(outcome),
+        scripts: &[include_str!("page/page.js")],
+        tables: vec![pairs(outcome), sources(outcome)],
+        against_truth: truth.map(|truth| against(outcome, scene, truth)),
+    }
+}
+
+fn strings<const N: usize>(cells: [&str; N]) -> Vec<String> {
+    cells.map(str::to_owned).to_vec()
+}
+
+/// Which lines met.
+fn pairs(outcome: &SeabedOutcome) -> TextTable {
+    let layout = &outcome.layout;
+    let row = |pair: &super::layout::Pair| {
+        let [a, b] = pair.lines.map(|k| layout.tracks[k].name.as_str());
+        vec![
+            format!("{a} and {b}, {:?}", pair.kind).to_lowercase(),
+            format!("{:.1}", pair.apart_m),
+            format!("{:.2}", pair.speed_ratio),
+            pair.tiles.to_string(),
+        ]
+    };
+    TextTable {
+        header: strings(["lines", "apart, m", "speeds", "common tiles"]),
+        rows: layout.pairs.iter().map(row).collect(),
+        lines: vec![],
+    }
+}
+
+/// Where the information comes from.
+fn sources(outcome: &SeabedOutcome) -> TextTable {
+    let Some(Ok((joint, judged))) = &outcome.joint else {
+        return TextTable::default();
+    };
+    let row = |k: usize| {
+        let unit = if k < 3 { Unit::Radian } else { Unit::Second };
+        let figure = |x: Option<f64>| {
+            x.map_or_else(|| "-".to_owned(), |x| format!("{:.5}", readable(x, unit).0))
+        };
+        vec![
+            format!("{}, {}", PARAMETERS[k].0, readable(0.0, unit).1),
+            figure(Some(joint.sigma(k))),
+            figure(Some(joint.sandwich_sigma[k])),
+            figure(joint.relief_sigma.map(|s| s[k])),
+            figure(joint.motion_sigma.map(|s| s[k])),
+        ]
+    };
+    let field = &joint.field;
+    let words = format!(
+        "relief {:.3} m about the tiles' planes, correlated over {:.1} m; noise {:.2} times the claimed one; {} tiles",
+        field.sigma_m,
+        field.length_m,
+        field.noise_factor,
+        joint.tiles.len()
+    );
+    TextTable {
+        header: strings([
+            "sigma of",
+            "model",
+            "tiles' scatter",
+            "relief alone",
+            "motion alone",
+        ]),
+        rows: (0..4).filter(|k| joint.sought[*k]).map(row).collect(),
+        lines: judged.notes.iter().cloned().chain([words]).collect(),
+    }
+}
+
+/// Errors against the truth: pitch, roll, yaw, latency.
+fn against(outcome: &SeabedOutcome, scene: &Scene, truth: &SeabedTruth) -> AgainstTruth {
+    let true_rotation = nalgebra::Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
+    let errors = |values: &Values| {
+        let turn = rotation::log(&(values.mounting.rotation * true_rotation.transpose()));
+        [turn.x, turn.y, turn.z, values.latency_s - truth.latency_s]
+    };
+    let due = rotation::log(&(true_rotation * scene.nominal.rotation.transpose()));
+    let due = [due.x, due.y, due.z, truth.latency_s];
+    let joint = match &outcome.joint {
+        Some(Ok((joint, _))) => Some((errors(&joint.values), joint)),
+        _ => None,
+    };
+    let patch = match &outcome.reference {
+        Some(Ok(patch)) => Some((errors(&patch.values), patch.found)),
+        _ => None,
+    };
+    let row = |k: usize| {
+        let unit = if k < 3 { Unit::Radian } else { Unit::Second };
+        let shown = |x: f64| readable(x, unit).0;
+        TruthRow {
+            name: PARAMETERS[k].0.to_owned(),
+            unit: readable(0.0, unit).1.to_owned(),
+            correction: Some(shown(due[k])),
+            reference: patch.and_then(|(e, found)| found[k].then(|| shown(e[k]))),
+            joint: joint.map(|(e, _)| shown(e[k])),
+            joint_in_sigmas: joint.map(|(e, j)| e[k] / j.sigma(k)),
+            joint_simple: None,
+        }
+    };
+    AgainstTruth {
+        rows: (0..4).map(row).collect(),
+    }
+}

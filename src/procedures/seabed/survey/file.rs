@@ -1,0 +1,204 @@
+//! A seabed survey file as types.
+
+use super::super::config::{JointSettings, SeabedConfig};
+use super::super::reference::PatchConfig;
+use super::super::scene::{InsNoise, Line, Priors, SonarNoise};
+use crate::geometry::Ellipsoid;
+use crate::survey::limits::{ABOVE, DURATION, ELLIPSOID, Limits, limits};
+use crate::survey::schema::Kind;
+use crate::survey::section::section;
+use crate::survey::sections::{MountingAngles, Origin};
+use crate::units::radians;
+
+pub(crate) const SIGMA_M: Limits = limits(ABOVE, 10.0, "metres above 0 and up to 10");
+pub(crate) const SIGMA_M_OR_NONE: Limits = limits(0.0, 10.0, "metres from 0 to 10");
+pub(crate) const SIGMA_DEG: Limits = limits(ABOVE, 10.0, "degrees above 0 and up to 10");
+pub(crate) const SIGMA_DEG_OR_NONE: Limits = limits(0.0, 10.0, "degrees from 0 to 10");
+pub(crate) const PLACE: Limits = limits(-500.0, 500.0, "metres from -500 to 500");
+pub(crate) const LEVEL: Limits = limits(-1e3, 1e3, "metres from -1000 to 1000");
+pub(crate) const GROWTH: Limits = limits(0.0, 100.0, "a number from 0 to 100");
+const TIME: Limits = limits(-1e12, 1e12, "seconds within 1e12");
+
+section! {
+    /// A survey file. Written as JSON or TOML again it shows every value as it took effect.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct SeabedSurveyFile {
+        /// Name for reports.
+        name: String = required, Kind::Text;
+        /// `seabed`.
+        procedure: String = required, Kind::OneOf(&["seabed"]);
+        /// The frame of the computation.
+        site: SiteSection = required, Kind::Table(SiteSection::KEYS);
+        /// The INS.
+        trajectory: TrajectorySection = required, Kind::Table(TrajectorySection::KEYS);
+        /// The water.
+        sound_speed: SoundSpeedSection = required, Kind::Table(SoundSpeedSection::KEYS);
+        /// The sonar.
+        multibeam: MultibeamSection = required, Kind::Table(MultibeamSection::KEYS);
+        /// The joint path.
+        seabed: SeabedConfig = or (SeabedConfig::default()), Kind::Table(SeabedConfig::KEYS);
+        /// The reference path.
+        reference: PatchConfig = or (PatchConfig::default()), Kind::Table(PatchConfig::KEYS);
+        /// One line; as many as were sailed.
+        line: Vec<LineSection> = required, Kind::Tables(LineSection::KEYS);
+    }
+}
+
+section! {
+    /// `[site]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct SiteSection {
+        /// Ellipsoid of the trajectory's positions.
+        ellipsoid: Ellipsoid = or (Ellipsoid::default()), ELLIPSOID;
+        /// Origin of the local frame: east, north, up.
+        origin: Origin = required, Kind::Table(Origin::KEYS);
+        /// Height of the water level in that frame, metres.
+        water_level_m: f64 = or (0.0), Kind::Number(LEVEL);
+        /// Tide or datum: one offset of each line, metres, one sigma.
+        line_height_sigma_m: f64 = or (0.03), Kind::Number(SIGMA_M);
+    }
+}
+
+section! {
+    /// `[trajectory]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct TrajectorySection {
+        /// Path of the trajectory.
+        path: String = required, Kind::Text;
+        /// White noise of the position per record and axis, metres.
+        position_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+        /// Drift of east and north, metres.
+        position_drift_sigma_m: f64 = required, Kind::Number(SIGMA_M_OR_NONE);
+        /// Drift of the height, metres.
+        height_drift_sigma_m: f64 = required, Kind::Number(SIGMA_M_OR_NONE);
+        /// Correlation time of both, seconds.
+        drift_correlation_time_s: f64 = required, Kind::Number(DURATION);
+        /// White noise of roll and pitch per record, degrees.
+        roll_pitch_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+        /// Drift of roll and pitch, degrees.
+        roll_pitch_drift_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
+        /// Its correlation time, seconds.
+        roll_pitch_correlation_time_s: f64 = or (120.0), Kind::Number(DURATION);
+        /// White noise of the heading per record, degrees.
+        heading_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+        /// Drift of the heading, degrees.
+        heading_drift_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
+        /// Its correlation time, seconds.
+        heading_correlation_time_s: f64 = or (120.0), Kind::Number(DURATION);
+        /// Longest interval that is interpolated, seconds; soundings in a longer one are dropped.
+        max_gap_s: f64 = or (1.0), Kind::Number(DURATION);
+    }
+}
+
+section! {
+    /// `[sound_speed]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct SoundSpeedSection {
+        /// Path of the profile.
+        profile: String = required, Kind::Text;
+        /// Relative error of the profile 20 m below the transducer, growing linearly from there, one sigma; 0 holds it.
+        profile_sigma: f64 = or (0.0), Kind::Number(limits(0.0, 0.1, "a number from 0 to 0.1"));
+    }
+}
+
+section! {
+    /// `[multibeam]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct MultibeamSection {
+        /// Path of the soundings.
+        path: String = required, Kind::Text;
+        /// Lever arm in the body (right, forward, up), metres.
+        lever_arm_m: [f64; 3] = required, Kind::Triple(PLACE);
+        /// Its standard deviations, metres. The one upwards is inseparable from the heights of the lines and is held.
+        lever_arm_sigma_m: [f64; 3] = or ([0.005, 0.005, 0.01]), Kind::Triple(SIGMA_M_OR_NONE);
+        /// Nominal mounting angles, degrees.
+        mounting_deg: MountingAngles = required, Kind::Table(MountingAngles::KEYS);
+        /// Range noise, metres, one sigma.
+        range_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+        /// Across-track angle noise at the middle of the swath, degrees, one sigma.
+        angle_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
+        /// Its growth to the outer beams: sigma (1 + growth (|a| / 60 deg)^3).
+        angle_sigma_growth: f64 = or (0.0), Kind::Number(GROWTH);
+        /// Soundings further out are not used, degrees.
+        max_angle_deg: f64 = or (65.0), Kind::Number(limits(5.0, 90.0, "degrees from 5 to 90"));
+    }
+}
+
+section! {
+    /// `[[line]]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct LineSection {
+        /// Name for reports.
+        name: String = required, Kind::Text;
+        /// Begin, seconds on the trajectory's clock.
+        start_s: f64 = required, Kind::Number(TIME);
+        /// End, seconds.
+        end_s: f64 = required, Kind::Number(TIME);
+    }
+}
+
+impl SeabedSurveyFile {
+    /// Settings of the joint path, the widest beam included.
+    #[must_use]
+    pub fn joint(&self, seed: u64) -> JointSettings {
+        JointSettings {
+            seabed: self.seabed.clone(),
+            max_angle_deg: self.multibeam.max_angle_deg,
+            seed,
+        }
+    }
+
+    /// What the INS claims, in radians.
+    #[must_use]
+    pub fn ins(&self) -> InsNoise {
+        let t = &self.trajectory;
+        InsNoise {
+            position_m: t.position_sigma_m,
+            position_drift_m: t.position_drift_sigma_m,
+            height_drift_m: t.height_drift_sigma_m,
+            position_correlation_s: t.drift_correlation_time_s,
+            roll_pitch_rad: radians(t.roll_pitch_sigma_deg),
+            roll_pitch_drift_rad: radians(t.roll_pitch_drift_sigma_deg),
+            roll_pitch_correlation_s: t.roll_pitch_correlation_time_s,
+            heading_rad: radians(t.heading_sigma_deg),
+            heading_drift_rad: radians(t.heading_drift_sigma_deg),
+            heading_correlation_s: t.heading_correlation_time_s,
+        }
+    }
+
+    /// What the sonar claims, in radians.
+    #[must_use]
+    pub fn sonar(&self) -> SonarNoise {
+        let m = &self.multibeam;
+        SonarNoise {
+            range_m: m.range_sigma_m,
+            angle_rad: radians(m.angle_sigma_deg),
+            angle_growth: m.angle_sigma_growth,
+        }
+    }
+
+    /// What is known beforehand.
+    #[must_use]
+    pub fn priors(&self) -> Priors {
+        let [right, forward, _] = self.multibeam.lever_arm_sigma_m;
+        Priors {
+            range_scale: self.seabed.range_scale_sigma,
+            heave_scale: self.seabed.heave_scale_sigma,
+            heave_lag_s: self.seabed.heave_lag_sigma_s,
+            lever_arm_m: [right, forward],
+            deep_sound_speed: self.sound_speed.profile_sigma,
+            line_height_m: self.site.line_height_sigma_m,
+        }
+    }
+
+    /// The lines.
+    #[must_use]
+    pub fn lines(&self) -> Vec<Line> {
+        let one = |l: &LineSection| Line {
+            name: l.name.clone(),
+            start_s: l.start_s,
+            end_s: l.end_s,
+        };
+        self.line.iter().map(one).collect()
+    }
+}

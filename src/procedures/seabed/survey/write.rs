@@ -1,0 +1,173 @@
+//! A simulated survey in memory as a scene, and on disk as a complete survey.
+
+use std::io::Write;
+use std::path::Path;
+
+use super::super::scene::REFERENCE_DEPTH_M;
+use super::super::simulate::{Shot, Simulated};
+use super::file::{
+    LineSection, MultibeamSection, SeabedSurveyFile, SoundSpeedSection, TrajectorySection,
+};
+use super::scenario::SeabedScenario;
+use crate::formats::{FormatError, sound_speed_csv, soundings_csv, trajectory_csv, whole};
+use crate::geometry::ellipsoid::{Geodetic, TargetPose, ecef_from_level};
+use crate::geometry::{Point, Target, rotation};
+use crate::observe::{
+    GeodeticTrajectory, Outside, SonarNoise, SoundSpeedProfile, SoundingRange, Soundings,
+    TrajectoryNoise,
+};
+
+/// The survey file of a scenario.
+#[must_use]
+pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurveyFile {
+    let m = &scenario.multibeam;
+    SeabedSurveyFile {
+        name: scenario.name.clone(),
+        procedure: "seabed".to_owned(),
+        site: scenario.site.clone(),
+        trajectory: TrajectorySection {
+            path: "trajectory.csv".to_owned(),
+            ..scenario.trajectory.clone()
+        },
+        sound_speed: SoundSpeedSection {
+            profile: "sound_speed.csv".to_owned(),
+            profile_sigma: scenario.profile_sigma,
+        },
+        multibeam: MultibeamSection {
+            path: "multibeam.csv".to_owned(),
+            lever_arm_m: survey.lever_arm_m,
+            lever_arm_sigma_m: m.lever_arm_sigma_m,
+            mounting_deg: m.mounting_deg,
+            range_sigma_m: m.range_sigma_m,
+            angle_sigma_deg: m.angle_sigma_deg,
+            angle_sigma_growth: m.angle_sigma_growth,
+            max_angle_deg: (m.half_swath_deg - 2.0).clamp(5.0, 65.0),
+        },
+        seabed: scenario.seabed.clone(),
+        reference: scenario.reference.clone(),
+        line: survey
+            .lines
+            .iter()
+            .map(|l| LineSection {
+                name: l.name.clone(),
+                start_s: l.start_s - 0.5,
+                end_s: l.end_s + 0.5,
+            })
+            .collect(),
+    }
+}
+
+/// The water as the survey knows it: one speed from the surface down, with an error that grows from the transducer on.
+#[must_use]
+pub fn profile(scenario: &SeabedScenario, survey: &Simulated) -> SoundSpeedProfile {
+    let deepest_m = 100.0 + 3.0 * scenario.bed.depth_m;
+    let transducer_m = -scenario.multibeam.lever_arm_m[2].min(0.0);
+    let depth_m = vec![0.0, transducer_m, deepest_m];
+    let off = |depth: &f64| {
+        1.0 + survey.profile_error * (depth - transducer_m).max(0.0) / REFERENCE_DEPTH_M
+    };
+    SoundSpeedProfile {
+        speed_m_s: depth_m
+            .iter()
+            .map(|d| scenario.sound_speed_m_s * off(d))
+            .collect(),
+        depth_m,
+    }
+}
+
+/// The trajectory as a file holds it.
+#[must_use]
+pub fn trajectory(scenario: &SeabedScenario, survey: &Simulated) -> GeodeticTrajectory {
+    let ellipsoid = scenario.site.ellipsoid;
+    let frame = TargetPose {
+        ellipsoid,
+        origin: scenario.site.origin.geodetic(),
+        azimuth_rad: 0.0,
+    }
+    .ecef_from_target();
+    let t = &scenario.trajectory;
+    let mut out = GeodeticTrajectory {
+        ellipsoid,
+        time_s: vec![],
+        latitude_rad: vec![],
+        longitude_rad: vec![],
+        height_m: vec![],
+        roll_rad: vec![],
+        pitch_rad: vec![],
+        heading_rad: vec![],
+        velocity_m_s: None,
+        noise: TrajectoryNoise {
+            position_m: t.position_sigma_m,
+            position_drift_m: t.position_drift_sigma_m,
+            drift_correlation_time_s: t.drift_correlation_time_s,
+            roll_pitch_rad: t.roll_pitch_sigma_deg.to_radians(),
+            heading_rad: t.heading_sigma_deg.to_radians(),
+            heading_drift_rad: t.heading_drift_sigma_deg.to_radians(),
+        },
+        max_gap_s: t.max_gap_s,
+        outside: Outside::Drop,
+    };
+    for record in &survey.records {
+        let geodetic: Geodetic =
+            ellipsoid.to_geodetic(&(frame * Point::<Target>::new(record.position_m)));
+        let level = ecef_from_level(&geodetic).matrix;
+        let body = level.tr_mul(&(frame.rotation.matrix * record.rotation));
+        let (roll, pitch, heading) = rotation::to_attitude(&body);
+        out.time_s.push(record.time_s);
+        out.latitude_rad.push(geodetic.latitude_rad);
+        out.longitude_rad.push(geodetic.longitude_rad);
+        out.height_m.push(geodetic.height_m);
+        out.roll_rad.push(roll);
+        out.pitch_rad.push(pitch);
+        out.heading_rad.push(heading);
+    }
+    out
+}
+
+/// The soundings as a file holds them.
+#[must_use]
+pub fn soundings(scenario: &SeabedScenario, shots: &[Shot]) -> Soundings {
+    let m = &scenario.multibeam;
+    let column = |pick: fn(&Shot) -> f64| shots.iter().map(pick).collect::<Vec<f64>>();
+    Soundings {
+        time_s: column(|s| s.time_s),
+        ping: shots.iter().map(|s| s.ping).collect(),
+        beam: shots.iter().map(|s| s.beam).collect(),
+        across_rad: column(|s| s.across_rad),
+        along_rad: vec![0.0; shots.len()],
+        range: SoundingRange::TwoWayTravelTime(column(|s| s.two_way_s)),
+        noise: SonarNoise {
+            range_m: m.range_sigma_m,
+            across_rad: m.angle_sigma_deg.to_radians(),
+            along_rad: 0.0,
+        },
+    }
+}
+
+/// Writes the survey into a folder, which exists.
+///
+/// # Errors
+/// [`FormatError`] for a file that cannot be written.
+pub fn write(
+    folder: &Path,
+    scenario: &SeabedScenario,
+    survey: &Simulated,
+) -> Result<(), FormatError> {
+    trajectory_csv::write(
+        &folder.join("trajectory.csv"),
+        &trajectory(scenario, survey),
+    )?;
+    soundings_csv::write(
+        &folder.join("multibeam.csv"),
+        &soundings(scenario, &survey.shots),
+    )?;
+    sound_speed_csv::write(&folder.join("sound_speed.csv"), &profile(scenario, survey))?;
+    let path = folder.join("survey.toml");
+    let text = toml::to_string(&survey_file(scenario, survey))
+        .map_err(|e| FormatError::unwritable(&path, &e))?;
+    whole::write_whole(&path, |out| out.write_all(text.as_bytes()))?;
+    let path = folder.join("truth.json");
+    let truth = serde_json::to_string_pretty(&survey.truth)
+        .map_err(|e| FormatError::unwritable(&path, &e))?;
+    whole::write_whole(&path, |out| writeln!(out, "{truth}"))
+}

@@ -1,0 +1,215 @@
+//! The seabed commands end to end: files, exit codes, bytes, refusals, messages.
+
+mod common;
+
+use std::path::Path;
+
+use common::{run, simulated, words};
+use nalgebra::{Matrix3, Vector3};
+use serde_json::Value;
+
+const THIN: &str = include_str!("../models/scenarios/seabed-thin.toml");
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).expect("a file")).expect("JSON")
+}
+
+fn matrix(value: &Value) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, j| value[i][j].as_f64().expect("a number"))
+}
+
+/// Turn from the true mounting, radians.
+fn turn(solution: &Value, truth: &Value) -> Vector3<f64> {
+    let found = matrix(&solution["mountings"][0]["rotation_matrix"]);
+    let due = matrix(&truth["rotation_matrix"]);
+    boresight::geometry::rotation::log(&(found * due.transpose()))
+}
+
+/// A parameter of a solution by its name.
+fn named<'a>(solution: &'a Value, name: &str) -> &'a Value {
+    let all = solution["parameters"].as_array().expect("parameters");
+    let found = all.iter().find(|p| p["name"] == name);
+    found.unwrap_or_else(|| panic!("no {name}"))
+}
+
+/// The scenario with only these of its lines.
+fn with_lines(text: &str, kept: &[&str]) -> String {
+    let mut parts = text.split("[[line]]");
+    let head = parts.next().expect("the head").to_owned();
+    let keep = |part: &&str| {
+        kept.iter()
+            .any(|k| part.contains(&format!("name = \"{k}\"")))
+    };
+    let lines = parts.filter(keep).map(|part| format!("[[line]]{part}"));
+    head + &lines.collect::<String>()
+}
+
+/// Simulate, check, calibrate on one and two threads: the truth within 4.5 sigmas (one in 100 000 by chance), the same bytes, a page
+/// that needs no network.
+#[test]
+fn the_truth_comes_back_and_the_bytes_do_not_depend_on_threads() {
+    let folder = simulated(THIN);
+    let survey = "survey/survey.toml";
+    let check = run(&["check", survey], folder.path());
+    assert_eq!(check.status.code(), Some(0), "{}", words(&check));
+    let said = String::from_utf8_lossy(&check.stdout).into_owned();
+    assert!(
+        said.contains("reciprocal") && said.contains("offset"),
+        "{said}"
+    );
+    for (out, threads) in [("one", "1"), ("two", "2")] {
+        let arguments = ["calibrate", survey, "--out", out, "--threads", threads];
+        let output = run(&arguments, folder.path());
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    }
+    for name in ["result.json", "report.html"] {
+        let read = |out: &str| std::fs::read(folder.path().join(out).join(name)).expect("written");
+        assert!(read("one") == read("two"), "{name} differs");
+    }
+    let result = json(&folder.path().join("one/result.json"));
+    let truth = json(&folder.path().join("survey/truth.json"));
+    let joint = &result["solutions"]["joint"];
+    let off = turn(joint, &truth);
+    for k in 0..3 {
+        let variance = joint["covariance"][k][k].as_f64().expect("a variance");
+        assert!(off[k].powi(2) < 4.5_f64.powi(2) * variance, "{k}: {off}");
+    }
+    let latency = named(joint, "latency");
+    let (value, sigma) = (latency["value"].as_f64(), latency["sigma"].as_f64());
+    let off_s = value.expect("a value") - truth["latency_s"].as_f64().expect("a number");
+    assert!(off_s.abs() < 4.5 * sigma.expect("a sigma"), "{latency}");
+    assert_eq!(named(joint, "range scale")["determined"], false);
+    let page = std::fs::read_to_string(folder.path().join("one/report.html")).expect("a page");
+    assert!(!page.contains("src=\"http") && !page.contains("href=\"http"));
+}
+
+/// What each layout can give: verdict of the whole and of the angles.
+#[test]
+fn a_layout_gives_what_it_can_and_says_what_is_missing() {
+    let cases: [(&[&str], &str, [bool; 3]); 3] = [
+        (
+            &["1"],
+            "no piece of seabed was sounded by two lines",
+            [false; 3],
+        ),
+        (&["1", "3"], "roll needs", [false; 3]),
+        (&["2", "4"], "yaw needs a line beside", [true, true, false]),
+    ];
+    for (lines, reason, determined) in cases {
+        let folder = simulated(&with_lines(THIN, lines));
+        let survey = "survey/survey.toml";
+        let check = run(&["check", survey], folder.path());
+        assert_eq!(check.status.code(), Some(1), "{lines:?}: {}", words(&check));
+        let output = run(&["calibrate", survey, "--out", "o"], folder.path());
+        assert_eq!(
+            output.status.code(),
+            Some(1),
+            "{lines:?}: {}",
+            words(&output)
+        );
+        let result = json(&folder.path().join("o/result.json"));
+        assert_eq!(result["usable"], false);
+        let text = result["reason"].as_str().expect("a reason").to_owned()
+            + &result["verdict"].to_string();
+        assert!(text.contains(reason), "{lines:?}: {text}");
+        let joint = &result["solutions"]["joint"];
+        assert!(joint["mountings"][0].is_null() && joint["covariance"].is_null());
+        for (name, expected) in ["pitch", "roll", "yaw"].into_iter().zip(determined) {
+            if expected {
+                assert_eq!(named(joint, name)["determined"], true, "{lines:?} {name}");
+            } else if joint["parameters"]
+                .as_array()
+                .is_some_and(|p| !p.is_empty())
+            {
+                let parameter = named(joint, name);
+                assert!(
+                    parameter["value"].is_null(),
+                    "{lines:?} {name}: {parameter}"
+                );
+            }
+        }
+    }
+}
+
+/// A flat bed under a boat that lies still holds nothing about pitch and yaw.
+#[test]
+fn a_flat_bed_under_a_still_boat_is_refused_for_its_relief() {
+    let mut text = THIN
+        .replace("relief_m = 0.15", "relief_m = 0.003")
+        .replace("slope_deg = 4.0", "slope_deg = 0.0");
+    for (key, value) in [
+        ("roll_deg", "2.0"),
+        ("pitch_deg", "1.2"),
+        ("yaw_deg", "1.5"),
+        ("heave_m", "0.15"),
+    ] {
+        text = text.replace(&format!("\n{key} = {value}"), &format!("\n{key} = 0.01"));
+    }
+    let folder = simulated(&text);
+    let output = run(
+        &["calibrate", "survey/survey.toml", "--out", "o"],
+        folder.path(),
+    );
+    assert_eq!(output.status.code(), Some(1), "{}", words(&output));
+    let result = json(&folder.path().join("o/result.json"));
+    let joint = &result["solutions"]["joint"];
+    assert!(named(joint, "pitch")["value"].is_null() && named(joint, "yaw")["value"].is_null());
+    assert!(
+        result["verdict"].to_string().contains("relief"),
+        "{}",
+        result["verdict"]
+    );
+}
+
+fn spoiled(change: impl Fn(&str) -> String, file: &str) -> String {
+    let folder = simulated(&with_lines(THIN, &["2", "4"]));
+    let path = folder.path().join("survey").join(file);
+    let text = std::fs::read_to_string(&path).expect("a file");
+    let changed = change(&text);
+    assert_ne!(text, changed, "nothing was spoiled");
+    std::fs::write(&path, changed).expect("written");
+    let output = run(
+        &["calibrate", "survey/survey.toml", "--out", "o"],
+        folder.path(),
+    );
+    assert_eq!(output.status.code(), Some(2), "{}", words(&output));
+    assert!(!folder.path().join("o").exists(), "something was written");
+    words(&output)
+}
+
+/// Exit 2, nothing written, and every fault with its place.
+#[test]
+fn bad_input_is_named() {
+    let keys = spoiled(
+        |t| {
+            t.replace("angle_sigma_deg", "angle_sigma")
+                .replace("[site]", "[sight]")
+        },
+        "survey.toml",
+    );
+    assert!(
+        keys.contains("nearest: angle_sigma_deg") && keys.contains("sight"),
+        "{keys}"
+    );
+    let order = spoiled(
+        |t| t.replace("latency-pitch-yaw-roll", "roll-only"),
+        "survey.toml",
+    );
+    assert!(
+        order.contains("order") && order.contains("roll-yaw-latency-pitch"),
+        "{order}"
+    );
+    let lines = spoiled(|t| t.replace("name = \"4\"", "name = \"2\""), "survey.toml");
+    assert!(lines.contains("two lines named \"2\""), "{lines}");
+    let clocks = spoiled(
+        |t| {
+            t.replace("start_s = ", "start_s = 1")
+                .replace("end_s = ", "end_s = 1")
+        },
+        "survey.toml",
+    );
+    assert!(
+        clocks.contains("multibeam.csv") && clocks.contains("soundings on line"),
+        "{clocks}"
+    );
+}
