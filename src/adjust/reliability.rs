@@ -95,6 +95,7 @@ pub struct Effect {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Survey {
     pub groups: Vec<GroupQuality>,
+    pub cells: Vec<GroupQuality>,
     pub worst: Vec<ConditionQuality>,
     /// Of the leading columns.
     pub effects: [Effect; LEADING],
@@ -108,18 +109,18 @@ struct Predicted {
 }
 
 impl Survey {
-    fn count(&mut self, one: &ConditionQuality, kernel: Kernel) {
-        let group = usize::from(one.group);
-        while self.groups.len() <= group {
-            self.groups.push(empty_group(self.groups.len()));
-        }
-        let sums = &mut self.groups[group];
-        sums.conditions += 1;
-        sums.redundancy += one.redundancy;
+    fn count(&mut self, one: &ConditionQuality, cell: u16, kernel: Kernel) {
         let r = one.residual / one.sigma;
-        sums.omega += kernel.weight(r) * r * r;
-        sums.largest_normalised = sums.largest_normalised.max(one.normalised.abs());
-        sums.smallest_redundancy = sums.smallest_redundancy.min(one.redundancy);
+        let alone = GroupQuality {
+            group: one.group,
+            conditions: 1,
+            redundancy: one.redundancy,
+            omega: kernel.weight(r) * r * r,
+            largest_normalised: one.normalised.abs(),
+            smallest_redundancy: one.redundancy,
+        };
+        add_group(numbered(&mut self.groups, usize::from(one.group)), &alone);
+        add_group(numbered(&mut self.cells, usize::from(cell)), &alone);
         for (largest, effect) in self.effects.iter_mut().zip(one.effects) {
             if effect.abs() > largest.size {
                 *largest = Effect {
@@ -145,12 +146,8 @@ impl Survey {
     }
 
     fn merge(&mut self, other: Survey, keep: usize) {
-        for (i, group) in other.groups.iter().enumerate() {
-            if i == self.groups.len() {
-                self.groups.push(empty_group(i));
-            }
-            add_group(&mut self.groups[i], group);
-        }
+        merge_groups(&mut self.groups, &other.groups);
+        merge_groups(&mut self.cells, &other.cells);
         self.worst.extend(other.worst);
         self.cut(keep);
         for (mine, theirs) in self.effects.iter_mut().zip(other.effects) {
@@ -172,6 +169,20 @@ fn empty_group(group: usize) -> GroupQuality {
         group: group as u16,
         smallest_redundancy: 1.0,
         ..GroupQuality::default()
+    }
+}
+
+/// The sums of this number, with empty ones before it where there are none yet.
+fn numbered(groups: &mut Vec<GroupQuality>, number: usize) -> &mut GroupQuality {
+    while groups.len() <= number {
+        groups.push(empty_group(groups.len()));
+    }
+    &mut groups[number]
+}
+
+fn merge_groups(groups: &mut Vec<GroupQuality>, others: &[GroupQuality]) {
+    for (i, other) in others.iter().enumerate() {
+        add_group(numbered(groups, i), other);
     }
 }
 
@@ -219,7 +230,7 @@ pub(super) fn survey(
         }
     }
     sum.cut(keep);
-    for group in &mut sum.groups {
+    for group in sum.groups.iter_mut().chain(&mut sum.cells) {
         group.omega /= group.kept(solution.kernel);
     }
     Ok(sum)
@@ -269,7 +280,8 @@ impl Judge<'_> {
             let predicted = self.predicted(weighted, window);
             let mut one = self.figures(set, weighted, predicted.variance);
             one.effects = effects(&one, weighted, &predicted.gain);
-            sum.count(&one, self.kernel);
+            let conditions = self.pass.problem.sources[set].conditions;
+            sum.count(&one, conditions.cell(one.condition), self.kernel);
             sum.rank(one, self.keep);
         })?;
         sum.cut(self.keep);

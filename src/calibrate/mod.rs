@@ -3,3 +3,4 @@
 pub mod choices;
 pub mod metric;
 pub mod quality;
+pub mod verdict;

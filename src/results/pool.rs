@@ -1,6 +1,6 @@
 //! The result of a pool calibration: the whole of `result.json`.
 
-use super::{Comparison, JointSolution, Provenance, SequentialSolution};
+use super::{Comparison, JointSolution, Provenance, SequentialSolution, Verdict};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -23,6 +23,9 @@ pub struct PoolResult {
     /// Why the result is not usable; `None` when it is.
     #[serde(default)]
     pub reason: Option<String>,
+    /// Whether the result may be used, with everything that speaks against it.
+    #[serde(default)]
+    pub verdict: Verdict,
     /// Observations read, used and rejected.
     pub counts: Counts,
     /// The target's pose as refined from the laser points; `None` when the target was not found.

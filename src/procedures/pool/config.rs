@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 pub use crate::calibrate::choices::KernelName;
+use crate::calibrate::verdict::VerdictConfig;
 
 /// How the reference path measures an angle between two normals (mathematics section 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -114,6 +115,9 @@ pub struct JointConfig {
     pub max_sigma_m: f64,
     /// Iterate the variance components of soundings and returns (several more adjustments); the one-step figures otherwise.
     pub variance_components: bool,
+    /// Limits of the verdict: the `[verdict]` section of a survey file.
+    #[serde(skip)]
+    pub verdict: VerdictConfig,
     /// Solve the simple model (planes fixed, drift off) as well, for comparison.
     pub simple: bool,
 }
@@ -133,6 +137,7 @@ impl Default for JointConfig {
             max_sigma_deg: 1.0,
             max_sigma_m: 0.5,
             variance_components: false,
+            verdict: VerdictConfig::default(),
             simple: false,
         }
     }

@@ -11,20 +11,25 @@
 //! | [`joint`], [`conditions`] | the joint path |
 //! | [`coverage`] | what the faces' directions determine |
 //! | [`verdict`] | when there is no usable result |
+//! | `alternatives` | which discrete mistake turns a misfit into a fit |
+//! | [`judge`], [`doubts`] | what speaks against a solution |
 //! | [`influence`] | first derivatives of both paths by every observation's error |
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
 //! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
 //! | [`designed`] | what a pass would tell whose mounting and target are known |
 
+mod alternatives;
 pub mod apply;
 pub mod conditions;
 pub mod config;
 pub mod coverage;
 pub mod designed;
+pub mod doubts;
 pub mod frame;
 pub mod influence;
 pub mod joint;
+pub mod judge;
 pub mod planes;
 mod poses;
 pub mod preview;

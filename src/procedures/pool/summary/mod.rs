@@ -57,6 +57,7 @@ pub fn result(
         provenance,
         usable: reason.is_none(),
         reason,
+        verdict: outcome.verdict(),
         counts: counts(outcome, &residuals.ties, dropped),
         target_pose: target_pose(outcome),
         solutions,
