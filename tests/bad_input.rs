@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use boresight::survey::load;
+use boresight::procedures::pool::survey::load;
 
 /// A fault: which fixture, how to spoil its copy, and the pieces of the message that must come.
 type Case = (

@@ -8,9 +8,9 @@ use boresight::geometry::ellipsoid::TargetPose;
 use boresight::georef::georeference;
 use boresight::observe::Mounting;
 use boresight::procedures::pool::Scene;
+use boresight::procedures::pool::survey;
 use boresight::report::json;
 use boresight::results::PoolResult;
-use boresight::survey;
 
 fn run(arguments: &[&str]) -> Output {
     cargo_bin_cmd!("boresight")

@@ -6,7 +6,8 @@ use std::path::Path;
 use boresight::formats::{
     FormatError, las, laser_csv, sbet, sound_speed_csv, soundings_csv, trajectory_csv,
 };
-use boresight::survey::{SurveyError, parse_survey, parse_target};
+use boresight::procedures::pool::survey::{parse_survey, parse_target};
+use boresight::survey::SurveyError;
 use proptest::prelude::*;
 
 const NAME: &str = "some/file";

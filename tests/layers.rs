@@ -19,7 +19,7 @@ const FLOORS: [(&str, u8); 19] = [
     ("simulate", 5),
     ("results", 6),
     ("calibrate", 7),
-    ("survey", 8),
+    ("survey", 7),
     ("casting", 8),
     ("procedures", 8),
     ("budget", 9),
@@ -31,12 +31,9 @@ const FLOORS: [(&str, u8); 19] = [
 /// Neighbours on one floor of which the first builds on the second; never the other way round.
 /// The floor plan's prose does not name them: matching ties points to a target's faces, the simulator casts rays at them, and a
 /// procedure's own simulator knows its scene.
-const NEIGHBOURS: [(&str, &str); 5] = [
+const NEIGHBOURS: [(&str, &str); 3] = [
     ("matching", "target"),
     ("simulate", "target"),
-    // the pool's survey file still lives among the parts that all procedures share
-    ("survey", "procedures"),
-    ("procedures", "survey"),
     ("casting", "procedures"),
 ];
 
@@ -249,7 +246,7 @@ fn a_descending_import_is_not() {
         ),
         ("main", "fn main() { boresight::cli::run() }"),
         ("simulate", "use crate::target::Face;"),
-        ("survey", "use crate::{calibrate, formats, units::degrees};"),
+        ("survey", "use crate::{results, formats, units::degrees};"),
     ] {
         assert_eq!(faults(module, source), Vec::<String>::new(), "{source}");
     }

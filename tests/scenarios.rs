@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use boresight::procedures;
+use boresight::procedures::pool::survey::{load, scenario, write_survey};
 use boresight::procedures::{rail::survey as rail, usbl::survey as usbl};
 use boresight::simulate::{self, Sources, simulate};
-use boresight::survey::{Procedure, procedure_of, scenario, write_survey};
+use boresight::survey::{Procedure, procedure_of};
 use boresight::target::{Target, TargetModel};
 
 fn files(folder: &str) -> Vec<PathBuf> {
@@ -147,8 +148,7 @@ fn a_written_survey_is_a_survey() {
         let file = scenario::read(&path).expect("a scenario");
         let survey = simulate(&file.scenario, 3).expect("a survey");
         write_survey(folder.path(), &file, &survey).expect("written");
-        let loaded = boresight::survey::load(&folder.path().join("survey.toml"))
-            .unwrap_or_else(|e| panic!("{e}"));
+        let loaded = load(&folder.path().join("survey.toml")).unwrap_or_else(|e| panic!("{e}"));
         let (read, made) = (&loaded.campaign, &survey.campaign);
         assert_eq!(read.soundings.len(), made.soundings.len());
         assert_eq!(read.laser.len(), made.laser.len());

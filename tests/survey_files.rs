@@ -6,7 +6,7 @@ use boresight::georef::local_trajectory;
 use boresight::observe::{
     LaserCoordinates, Outside, PositionInterpolation, SoundSpeed, SoundingRange,
 };
-use boresight::survey::{LoadedSurvey, load};
+use boresight::procedures::pool::survey::{LoadedSurvey, load};
 
 fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))

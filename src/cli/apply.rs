@@ -18,10 +18,10 @@ use crate::geometry::utm::Utm;
 use crate::observe::Mounting;
 use crate::procedures::pool::apply::{Georeferenced, Sensor, points};
 use crate::procedures::pool::summary::residuals::Model;
+use crate::procedures::pool::survey;
 use crate::procedures::pool::{PoolError, Scene};
 use crate::report::json;
 use crate::results::{Estimate, ExtraParameter, PoolResult};
-use crate::survey;
 
 /// Runs the command.
 pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {

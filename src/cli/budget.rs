@@ -15,11 +15,11 @@ use crate::budget::experiment::{Ended, Experiment};
 use crate::budget::trial::Configuration;
 use crate::budget::{predicted, soundings, summary, sweep};
 use crate::calibrate::choices::Method;
+use crate::procedures::pool::survey::claims::claims;
+use crate::procedures::pool::survey::{self as survey, scenario};
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetPath, BudgetResult};
 use crate::simulate::{Scenario, SimulateError};
-use crate::survey::claims::claims;
-use crate::survey::{self, scenario};
 use crate::target::Target;
 
 /// Subfolder of the ledgers.
@@ -31,7 +31,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Runs the command.
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
-    if std::fs::read_to_string(&args.scenario).is_ok_and(|text| survey::is_survey(&text)) {
+    if std::fs::read_to_string(&args.scenario).is_ok_and(|text| crate::survey::is_survey(&text)) {
         return of_survey(args, talk);
     }
     let file = scenario::read(&args.scenario)?;

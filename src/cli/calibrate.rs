@@ -9,10 +9,10 @@ use super::args::Calibrate;
 use super::error::CliError;
 use super::talk::Talk;
 use crate::procedures::pool::summary::{self, Dropped};
+use crate::procedures::pool::survey::{self as survey, LoadedSurvey};
 use crate::procedures::pool::{self, Method, PoolInput};
 use crate::report;
 use crate::results::{InputFile, PoolResult, Provenance, ReportSamples, Software, Truth};
-use crate::survey::{self, LoadedSurvey};
 
 /// Runs the command.
 pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {

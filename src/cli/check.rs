@@ -12,9 +12,9 @@ use super::error::CliError;
 use super::talk::Talk;
 use crate::calibrate::choices::Method;
 use crate::procedures::pool::preview::{PassSpan, Predicted, Preview, preview};
+use crate::procedures::pool::survey::{self as survey, LoadedSurvey};
 use crate::report::text::ruled_table;
 use crate::survey::clock::Span;
-use crate::survey::{self, LoadedSurvey};
 
 /// Runs the command.
 pub fn run(args: &Check, talk: &Talk) -> Result<Ending, CliError> {

@@ -8,9 +8,9 @@ use super::error::CliError;
 use super::talk::Talk;
 use super::{Ending, simulate, truth};
 use crate::calibrate::choices::Method;
+use crate::procedures::pool::survey::{self as survey, ScenarioFile, scenario};
 use crate::report;
-use crate::survey::write::SURVEY_FILE;
-use crate::survey::{self, ScenarioFile, scenario};
+use crate::survey::SURVEY_FILE;
 
 /// Runs the command: simulate, write the survey, read it again, calibrate, report, compare with the truth.
 pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {

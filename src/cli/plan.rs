@@ -11,9 +11,9 @@ use super::talk::Talk;
 use crate::budget::plan::{PlanRequest, candidates};
 use crate::budget::planned::{BEST_PUBLISHED, NAMES, planned};
 use crate::budget::sweep;
+use crate::procedures::pool::survey::scenario;
 use crate::report::{self, plan as pages};
 use crate::results::PlanCriterion;
-use crate::survey::scenario;
 
 /// Standard deviations wanted: pitch, roll, yaw (rad), lx, ly, lz (m).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -25,7 +25,7 @@ use crate::procedures::rail::{self, RailInput, RailScene, summary, verdict};
 use crate::report;
 use crate::report::text::ruled_table;
 use crate::results::{RailResult, RailSamples};
-use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
+use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 /// `boresight calibrate`.
 pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {

@@ -6,9 +6,10 @@ use super::Ending;
 use super::args::Simulate;
 use super::error::CliError;
 use super::talk::Talk;
+use crate::procedures::pool::survey::write_survey;
+use crate::procedures::pool::survey::{ScenarioFile, scenario};
 use crate::simulate::{Simulated, simulate};
-use crate::survey::write::{SURVEY_FILE, TRUTH_FILE, write_survey};
-use crate::survey::{ScenarioFile, scenario};
+use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 /// Runs the command.
 pub fn run(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {

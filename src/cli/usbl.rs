@@ -23,7 +23,7 @@ use crate::procedures::usbl::{self, Layout, Scene, UsblInput, summary};
 use crate::report;
 use crate::report::text::ruled_table;
 use crate::results::{Angles, UsblResult, UsblSamples, UsblTruth};
-use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
+use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 /// `boresight calibrate`.
 pub fn calibrate(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {

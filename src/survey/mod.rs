@@ -1,27 +1,22 @@
-//! Survey files: read, checked as a whole, and composed into what the floors below need.
+//! Survey files: what every procedure's reader shares. A procedure's own sections are in its folder.
 //!
-//! [`load`] reads a survey file and every file that it names. All faults of the survey file are listed at once, each with its
-//! line, what was found and what was expected; unknown keys come with the nearest known one. Nothing is repaired.
+//! All faults of a survey file are listed at once, each with its line, what was found and what was expected; unknown keys come with
+//! the nearest known one. Nothing is repaired.
 //!
-//! [`schema`] and [`document`] know no key: a scenario file is checked by them with tables of its own.
+//! [`schema`] and [`document`] know no key: survey and scenario files of every procedure are checked by them with tables of their own.
 
-pub mod claims;
 pub mod clock;
 pub mod document;
-pub mod file;
-mod keys;
-pub(crate) mod load;
-mod observations;
 pub mod problem;
-mod procedure;
-pub(crate) mod rules;
-pub mod scenario;
+pub(crate) mod procedure;
+pub(crate) mod reading;
 pub mod schema;
-pub mod write;
+pub mod sections;
 
-pub use file::SurveyFile;
-pub use load::{Counts, LoadedSurvey, load, parse_survey, parse_target, read_survey_file};
-pub use problem::{Problem, SurveyError};
+pub use problem::{Problem, ScenarioError, SurveyError};
 pub use procedure::{Procedure, is_survey, procedure_in, procedure_of};
-pub use scenario::{ScenarioError, ScenarioFile};
-pub use write::write_survey;
+
+/// Name of the survey file in the folder of a simulated survey.
+pub const SURVEY_FILE: &str = "survey.toml";
+/// Name of the file with the answer.
+pub const TRUTH_FILE: &str = "truth.json";

@@ -97,3 +97,18 @@ fn list(problems: &[Problem]) -> String {
     let lines: Vec<_> = problems.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }
+
+/// What is wrong with a scenario file; every fault that can be told at once.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{}", of_file(file, faults))]
+pub struct ScenarioError {
+    /// The file.
+    pub file: PathBuf,
+    /// One sentence each: place, found, expected.
+    pub faults: Vec<String>,
+}
+
+fn of_file(file: &Path, faults: &[String]) -> String {
+    let line = |fault: &String| format!("{}: {fault}", file.display());
+    faults.iter().map(line).collect::<Vec<_>>().join("\n")
+}

@@ -40,7 +40,7 @@ pub fn procedure_in(text: &str) -> Procedure {
 }
 
 /// Keys that only a scenario has.
-pub(super) const OF_SCENARIO: [&str; 4] = ["seed", "pass", "motion", "truth"];
+pub(crate) const OF_SCENARIO: [&str; 4] = ["seed", "pass", "motion", "truth"];
 
 /// Whether a text is a survey file (what was measured) rather than a scenario: it names its procedure and no truth.
 #[must_use]

@@ -202,7 +202,7 @@ pub fn number(value: &DeValue<'_>) -> Option<f64> {
 #[must_use]
 pub fn utm_zone(value: &DeValue<'_>) -> Option<i8> {
     let zone = match value {
-        DeValue::String(text) => return super::file::UtmZone::parse(text),
+        DeValue::String(text) => return super::sections::UtmZone::parse(text),
         _ if value.is_integer() => number(value)?,
         _ => return None,
     };

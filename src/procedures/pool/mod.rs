@@ -15,6 +15,7 @@
 //! | [`judge`], [`doubts`] | what speaks against a solution |
 //! | [`influence`] | first derivatives of both paths by every observation's error |
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
+//! | [`survey`] | survey and scenario files |
 //! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
 //! | [`designed`] | what a pass would tell whose mounting and target are known |
@@ -37,6 +38,7 @@ pub mod run;
 pub mod scene;
 pub mod sequential;
 pub mod summary;
+pub mod survey;
 pub mod ties;
 pub mod verdict;
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::observe::{AttitudeNoise, Profiler, Stand};
 use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
-use crate::survey::file::MountingAngles;
+use crate::survey::sections::MountingAngles;
 use crate::units::radians;
 
 /// A survey file. Written as JSON or TOML again it shows every value as it took effect.

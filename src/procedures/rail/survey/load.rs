@@ -9,9 +9,9 @@ use crate::formats::{attitude_csv, rail_csv, read_rail_profiles};
 use crate::observe::RailCampaign;
 use crate::results::InputFile;
 use crate::survey::document::Document;
-use crate::survey::load::{keep, read_text, typed};
 use crate::survey::problem::{Problem, SurveyError, none_of};
-use crate::survey::rules::missing_files;
+use crate::survey::reading::missing_files;
+use crate::survey::reading::{keep, read_text, typed};
 use crate::survey::schema;
 use crate::target::{RailModel, RailProfile};
 

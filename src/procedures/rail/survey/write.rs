@@ -10,8 +10,8 @@ use crate::formats::whole::write_whole;
 use crate::formats::{FormatError, attitude_csv, rail_csv};
 use crate::procedures::rail::simulate::SimulatedRail;
 use crate::procedures::rail::simulate::scenario::{Angles, RailScenario};
-use crate::survey::file::MountingAngles;
-use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
+use crate::survey::sections::MountingAngles;
+use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 const MODEL: &str = "rail.toml";
 const PROFILES: &str = "profiles.csv";

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::Ellipsoid;
 use crate::observe::usbl::{AngleModel, AttitudeNoise, DatumSigma, FixNoise};
 use crate::procedures::usbl::{JointConfig, ReferenceConfig};
-use crate::survey::file::{MountingAngles, OutsideRule};
+use crate::survey::sections::{MountingAngles, OutsideRule};
 use crate::units::radians;
 
 /// A survey file. Written as JSON or TOML again it shows every value as it took effect.

@@ -19,9 +19,9 @@ use crate::observe::usbl::{Beacon, ControlPoint, Fixes, Role, UsblCampaign};
 use crate::observe::{AttitudeRecord, SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::results::InputFile;
 use crate::survey::document::Document;
-use crate::survey::file::OutsideRule;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::schema;
+use crate::survey::sections::OutsideRule;
 
 /// Control farther from the transducer than this is a slip, metres.
 const FAR_M: f64 = 12_000.0;

@@ -23,8 +23,8 @@ use crate::observe::{AttitudeRecord, SoundSpeed};
 use crate::procedures::usbl::simulate::scenario::{Coordinates, Recorded};
 use crate::procedures::usbl::simulate::{Scenario, Simulated};
 use crate::simulate::scenario::Angles;
-use crate::survey::file::{MountingAngles, OutsideRule};
-use crate::survey::write::{SURVEY_FILE, TRUTH_FILE};
+use crate::survey::sections::{MountingAngles, OutsideRule};
+use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 const CONTROL_FILE: &str = "control.csv";
 const FIXES_FILE: &str = "fixes.csv";

@@ -13,11 +13,8 @@ use crate::geometry::Ellipsoid;
 use crate::observe::{SoundSpeed, SoundSpeedProfile};
 use crate::simulate::Simulated;
 use crate::simulate::scenario::{Angles, Origin, Scenario};
+use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
-/// Name of the survey file in its folder.
-pub const SURVEY_FILE: &str = "survey.toml";
-/// Name of the file with the answer.
-pub const TRUTH_FILE: &str = "truth.json";
 /// Name of the target file.
 const TARGET_FILE: &str = "target.toml";
 /// Name of the sound-speed file.

@@ -1,12 +1,13 @@
 //! A survey in a scenario's words: what its file claims of every instrument, so that an error budget can be made of it.
 
-use super::file::{CoordinatesName, MountingAngles};
+use super::file::CoordinatesName;
 use super::load::LoadedSurvey;
 use crate::simulate::scenario::{
     Angles, Basin, Corrections, Disturbance, Ins, Lidar, Multibeam, Origin, Recorded, Scenario,
     TargetScene, Turn,
 };
 use crate::simulate::{Sources, motion::MotionModel};
+use crate::survey::sections::MountingAngles;
 
 /// The survey's claims; `None` where the laser points are georeferenced already, so that it does not say what the scanner's
 /// noise is. There are no passes in it: what was observed is in the survey.

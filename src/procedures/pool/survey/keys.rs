@@ -1,6 +1,6 @@
 //! The keys of a pool survey file and of a target file, with their limits.
 
-use super::schema::{Key, Kind, Limits, optional, required};
+use crate::survey::schema::{Key, Kind, Limits, optional, required};
 
 const fn limits(min: f64, max: f64, expected: &'static str) -> Limits {
     Limits { min, max, expected }

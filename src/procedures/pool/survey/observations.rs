@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::clock::{Verdict, judge};
 use super::file::SurveyFile;
-use super::problem::Problem;
 use crate::formats::{LaserRecords, SoundingRecords, TrajectoryRecords};
 use crate::observe::{GeodeticTrajectory, LaserCoordinates, SoundingRange};
+use crate::survey::clock::{Verdict, judge};
+use crate::survey::problem::Problem;
 use crate::units::degrees;
 
 /// Greatest distance from the scanner or from the target that a return can have, metres.

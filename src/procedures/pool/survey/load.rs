@@ -2,13 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::document::Document;
 use super::file::SurveyFile;
 use super::observations::{laser_problem, place_laser, place_soundings, shift, trajectory_problem};
-use super::problem::{Problem, SurveyError, none_of};
 use super::rules;
-use crate::formats::digest::sha256;
-use crate::formats::error::{FormatError, open};
 use crate::formats::{
     LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_soundings, read_trajectory,
     sound_speed_csv,
@@ -16,6 +12,9 @@ use crate::formats::{
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{Campaign, LaserCoordinates, SoundSpeed, SoundSpeedProfile, SoundingRange};
 use crate::results::InputFile;
+use crate::survey::document::Document;
+use crate::survey::problem::{Problem, SurveyError, none_of};
+use crate::survey::reading::{digests, keep, read_text, typed};
 use crate::target::{Target, TargetModel};
 
 /// A survey in memory.
@@ -65,7 +64,7 @@ pub fn load(path: &Path) -> Result<LoadedSurvey, SurveyError> {
     let paths = Paths::new(&file, &folder);
     let (contents, inputs) = rayon::join(
         || read_contents(&file, &paths),
-        || digests(path, &file, &folder),
+        || digests(path, &folder, &named(&file)),
     );
     let (contents, inputs) = (contents?, inputs?);
     compose(file, &paths, contents, inputs)
@@ -110,35 +109,6 @@ pub fn parse_target(path: &Path, text: &str) -> Result<(TargetModel, Target), Su
             .collect(),
     })?;
     Ok((model, target))
-}
-
-/// The checked text as its type; what the tables of keys let through and serde does not is a problem without a key.
-pub(crate) fn typed<T: serde::de::DeserializeOwned>(
-    path: &Path,
-    text: &str,
-) -> Result<T, SurveyError> {
-    toml::from_str(text).map_err(|error: toml::de::Error| {
-        let message = error.message().replace('\n', " ");
-        Problem::new(
-            path,
-            "whole file",
-            format!("\"{message}\""),
-            "values of the right kind",
-        )
-        .into()
-    })
-}
-
-pub(crate) fn read_text(path: &Path) -> Result<String, SurveyError> {
-    open(path)?;
-    let bytes = std::fs::read(path).map_err(|e| FormatError::unreadable(path, &e))?;
-    if bytes.iter().all(u8::is_ascii_whitespace) {
-        return Err(Problem::new(path, "whole file", "an empty file", "TOML").into());
-    }
-    String::from_utf8(bytes).map_err(|error| {
-        let place = format!("byte {}", error.utf8_error().valid_up_to());
-        Problem::new(path, place, "bytes that are no UTF-8", "TOML").into()
-    })
 }
 
 /// Where the files are, relative to the working directory.
@@ -214,11 +184,6 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
     }
 }
 
-/// The value, or its problems on the list.
-pub(crate) fn keep<T>(problems: &mut Vec<Problem>, result: Result<T, SurveyError>) -> Option<T> {
-    result.map_err(|error| problems.extend(error.problems)).ok()
-}
-
 fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecords, SurveyError> {
     let mut records = read_trajectory(path)?;
     none_of(
@@ -236,13 +201,8 @@ fn checked_laser(path: &Path, frame: LaserCoordinates) -> Result<LaserRecords, S
     Ok(records)
 }
 
-/// The digests of all files, the survey file first under its bare name.
-fn digests(path: &Path, file: &SurveyFile, folder: &Path) -> Result<Vec<InputFile>, SurveyError> {
-    let own = path.file_name().unwrap_or_default().to_string_lossy();
-    let mut inputs = vec![InputFile {
-        path: own.into_owned(),
-        sha256: sha256(path)?,
-    }];
+/// The files that a survey file names, as it names them.
+fn named(file: &SurveyFile) -> Vec<&str> {
     let profile = file.sound_speed.as_ref().and_then(|s| s.profile.as_ref());
     let named = [
         Some(&file.target.model),
@@ -251,14 +211,7 @@ fn digests(path: &Path, file: &SurveyFile, folder: &Path) -> Result<Vec<InputFil
         Some(&file.multibeam.path),
         profile,
     ];
-    for name in named.into_iter().flatten() {
-        let digest = sha256(&folder.join(name))?;
-        inputs.push(InputFile {
-            path: name.clone(),
-            sha256: digest,
-        });
-    }
-    Ok(inputs)
+    named.into_iter().flatten().map(String::as_str).collect()
 }
 
 /// The sound speed that the soundings need, or why there is none.

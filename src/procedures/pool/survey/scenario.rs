@@ -1,18 +1,19 @@
 //! Scenario files: a survey file's keys plus what only the simulator needs; read with every fault named at once.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Deserialize;
-use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
-use super::document::Document;
-use super::procedure::OF_SCENARIO;
-use super::{keys, schema};
+use super::keys;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
 use crate::simulate::scenario::complaint;
+use crate::survey::document::Document;
+use crate::survey::problem::ScenarioError;
+use crate::survey::procedure::OF_SCENARIO;
+use crate::survey::schema;
 
 /// A scenario, and what it says of the survey files and the calibration.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,21 +28,6 @@ pub struct ScenarioFile {
     pub multibeam: String,
     /// The sections `[sequential]` and `[joint]`, handed on to the survey file as they are.
     pub calibration: toml::Table,
-}
-
-/// What is wrong with a scenario file; every fault that can be told at once.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{}", list(file, faults))]
-pub struct ScenarioError {
-    /// The file.
-    pub file: PathBuf,
-    /// One sentence each: place, found, expected.
-    pub faults: Vec<String>,
-}
-
-fn list(file: &Path, faults: &[String]) -> String {
-    let line = |fault: &String| format!("{}: {fault}", file.display());
-    faults.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// Reads a scenario file; a target given as a path is read from beside it.

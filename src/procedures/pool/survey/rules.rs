@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use super::document::Document;
 use super::keys;
-use super::problem::Problem;
-use super::schema::{self, Key};
+use crate::survey::document::Document;
+use crate::survey::problem::Problem;
+use crate::survey::reading::missing_files;
+use crate::survey::schema::{self, Key};
 
 /// Every fault of a survey file's text; where `folder` is given, also of the paths in it.
 pub(crate) fn survey_problems(document: &Document<'_>, folder: Option<&Path>) -> Vec<Problem> {
@@ -97,31 +98,6 @@ fn sound_speed_problems(document: &Document<'_>) -> Vec<Problem> {
         _ => return vec![],
     };
     vec![document.problem(&section, found, "one of them")]
-}
-
-/// Keys whose paths do not lead to a file.
-pub(crate) fn missing_files(
-    document: &Document<'_>,
-    folder: &Path,
-    keys: &[[&str; 2]],
-) -> Vec<Problem> {
-    let missing = |key: &[&str; 2]| {
-        let name = document.string(key)?;
-        let found = match std::fs::metadata(folder.join(name)) {
-            Ok(file) if file.is_dir() => format!("\"{name}\", a folder"),
-            Ok(_) => return None,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                format!("\"{name}\", no such file")
-            }
-            Err(error) => format!("\"{name}\": {error}"),
-        };
-        Some(document.problem(
-            key,
-            found,
-            "a readable file, its path relative to the survey file",
-        ))
-    };
-    keys.iter().filter_map(missing).collect()
 }
 
 /// Every fault of a target file's text.

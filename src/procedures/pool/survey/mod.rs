@@ -1,0 +1,17 @@
+//! Survey and scenario files of a pool calibration: read, checked as a whole, and composed into what the floors below need.
+//!
+//! [`load`](load()) reads a survey file and every file that it names.
+
+pub mod claims;
+pub mod file;
+mod keys;
+pub mod load;
+mod observations;
+mod rules;
+pub mod scenario;
+pub mod write;
+
+pub use file::SurveyFile;
+pub use load::{Counts, LoadedSurvey, load, parse_survey, parse_target, read_survey_file};
+pub use scenario::ScenarioFile;
+pub use write::write_survey;
