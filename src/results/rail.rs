@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::{
     Angles, JointIteration, MountingAngles, Parameter, ParameterComparison, Provenance, Quality,
-    Status,
+    Status, Verdict,
 };
 
 /// Version of the layout of a rail calibration's `result.json`.
@@ -25,6 +25,9 @@ pub struct RailResult {
     pub usable: bool,
     /// Why the result is not usable; `None` when it is.
     pub reason: Option<String>,
+    /// Whether the result may be used, with everything that speaks against it.
+    #[serde(default)]
+    pub verdict: Verdict,
     /// Name of the standard profile.
     pub rail: String,
     /// Positions of the table.

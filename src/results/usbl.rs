@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Angles, Matrix3, MountingAngles, Parameter, ParameterComparison, Provenance, Quality,
-    SensorCounts, Status,
+    SensorCounts, Status, Verdict,
 };
 
 /// The whole result. Level coordinates are east, north, up of the surveyed transducer.
@@ -21,6 +21,9 @@ pub struct UsblResult {
     pub usable: bool,
     /// Why not, where there is none.
     pub reason: Option<String>,
+    /// Whether the result may be used, with everything that speaks against it.
+    #[serde(default)]
+    pub verdict: Verdict,
     /// What became of the fixes.
     pub fixes: SensorCounts,
     /// The surveyed beacons.

@@ -21,12 +21,49 @@ pub use alternatives::{Alternative, Tried};
 pub use config::VerdictConfig;
 pub use doubts::{Bound, Doubt, Doubted};
 
-use crate::results::{Finding, Verdict};
+use crate::results::{Finding, Severity, Verdict};
 
-/// The verdict on findings, those that the survey file accepts marked.
+/// How a calibration ended before its verdict.
+pub enum Ending<'a> {
+    /// Nothing refused the result.
+    Usable,
+    /// This finding withdrew it.
+    Withdrawn(&'a Finding),
+    /// The procedure refused it, by code and in words; `determined` tells whether the data would have determined what is sought.
+    Refused {
+        /// Code of the refusal.
+        code: &'a str,
+        /// In words.
+        seen: String,
+        /// Whether the model is to blame and not the data's extent.
+        determined: bool,
+    },
+}
+
+/// The verdict: what ended the calibration first, then what the tests found.
 #[must_use]
-pub fn verdict(findings: Vec<Finding>, config: &VerdictConfig) -> Verdict {
-    Verdict::of(accepted(findings, config))
+pub fn concluded(ending: Ending, findings: &[Finding]) -> Verdict {
+    let mut findings = findings.to_vec();
+    match ending {
+        Ending::Usable => Verdict::of(findings),
+        Ending::Withdrawn(first) => {
+            findings.retain(|finding| finding != first);
+            findings.insert(0, first.clone());
+            Verdict::of(findings)
+        }
+        Ending::Refused {
+            code,
+            seen,
+            determined,
+        } => {
+            findings.insert(0, Finding::new(code, Severity::Refuses, seen, "", ""));
+            if determined {
+                Verdict::of(findings)
+            } else {
+                Verdict::not_determined(findings)
+            }
+        }
+    }
 }
 
 /// The findings, those that the survey file accepts marked.

@@ -10,7 +10,8 @@ use super::run::{Method, PoolInput, PoolOutcome};
 use super::scene::{RoughMounting, Scene};
 use super::ties::TieSet;
 use crate::adjust::{AdjustError, Status};
-use crate::results::{Finding, Severity, Verdict};
+use crate::calibrate::verdict::{Ending, concluded};
+use crate::results::{Finding, Verdict};
 use crate::target::Role;
 
 /// Smallest share of the laser points near the target that lies on its faces.
@@ -257,32 +258,21 @@ impl PoolOutcome<'_> {
     /// The verdict: what refused the result first, then what the joint path's tests found.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
-        let mut findings: Vec<Finding> = self
-            .joint
-            .iter()
-            .flat_map(|joint| joint.doubted.findings.iter().cloned())
-            .collect();
-        match &self.refusal {
-            None => Verdict::of(findings),
-            Some(Refusal::DoesNotFit(first)) => {
-                findings.retain(|finding| finding != &**first);
-                findings.insert(0, (**first).clone());
-                Verdict::of(findings)
-            }
-            Some(refusal) => {
-                let seen = refusal.to_string();
-                findings.insert(
-                    0,
-                    Finding::new(refusal.code(), Severity::Refuses, seen, "", ""),
-                );
-                match refusal {
-                    Refusal::Undetermined { .. } | Refusal::NotSolved { .. } => {
-                        Verdict::not_determined(findings)
-                    }
-                    _ => Verdict::of(findings),
-                }
-            }
-        }
+        let joint = self.joint.as_ref();
+        let findings = joint.map_or(&[][..], |joint| &joint.doubted.findings);
+        let ending = match &self.refusal {
+            None => Ending::Usable,
+            Some(Refusal::DoesNotFit(first)) => Ending::Withdrawn(first),
+            Some(refusal) => Ending::Refused {
+                code: refusal.code(),
+                seen: refusal.to_string(),
+                determined: !matches!(
+                    refusal,
+                    Refusal::Undetermined { .. } | Refusal::NotSolved { .. }
+                ),
+            },
+        };
+        concluded(ending, findings)
     }
 }
 

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::adjust::Options;
 use crate::calibrate::choices::KernelName;
+use crate::calibrate::verdict::VerdictConfig;
 
 /// The `[reference]` section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +47,9 @@ pub struct RailJointConfig {
     pub max_sigma_deg: f64,
     /// An offset whose standard deviation exceeds this (metres) is refused.
     pub max_sigma_m: f64,
+    /// Limits of the verdict: the `[verdict]` section of a survey file.
+    #[serde(skip)]
+    pub verdict: VerdictConfig,
     /// Smallest range of table angles that tells the sign of heading and pitch, degrees.
     pub least_turn_deg: f64,
 }
@@ -59,6 +63,7 @@ impl Default for RailJointConfig {
             max_rounds: 40,
             max_sigma_deg: 0.5,
             max_sigma_m: 0.002,
+            verdict: VerdictConfig::default(),
             least_turn_deg: 0.5,
         }
     }

@@ -16,8 +16,10 @@
 
 pub mod conditions;
 pub mod config;
+pub mod doubts;
 pub mod icp;
 pub mod joint;
+pub mod judge;
 pub mod model;
 pub mod reference;
 pub mod run;

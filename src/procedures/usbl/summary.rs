@@ -48,6 +48,7 @@ pub fn result(
         provenance,
         usable,
         reason: outcome.refusal.as_ref().map(ToString::to_string),
+        verdict: outcome.verdict(),
         fixes: counts(outcome, read, dropped),
         beacons: beacons(input),
         transducer_standard_deviation_m: sigmas(&campaign.transducer.covariance_m2),

@@ -35,6 +35,7 @@ pub fn result(outcome: &RailOutcome, input: &RailInput, provenance: Provenance) 
         provenance,
         usable: outcome.refusal.is_none(),
         reason: outcome.refusal.as_ref().map(ToString::to_string),
+        verdict: outcome.verdict(),
         rail: scene.rail.name.clone(),
         positions: scene.positions.len() as u64,
         turned_deg: [heading.to_degrees(), pitch.to_degrees()],
