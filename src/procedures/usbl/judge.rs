@@ -409,7 +409,7 @@ fn mistakes() -> Vec<(Alternative, Undo)> {
                 c.fixes
                     .direction
                     .iter_mut()
-                    .for_each(|d| std::mem::swap(&mut d.x, &mut d.y));
+                    .for_each(|d| d.swap_rows(0, 1));
             },
         ),
         one(
