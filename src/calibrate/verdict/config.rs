@@ -2,14 +2,41 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Codes of the findings that `accept` may name.
+pub const CODES: &[&str] = &[
+    "latency",
+    "range_scale",
+    "range_offset",
+    "beam_angle_scale",
+    "sound_speed_gradient",
+    "laser_latency",
+    "laser_range_offset",
+    "scanner_mounting",
+    "attitude_scale",
+    "attitude_offset",
+    "mounting_of_pass",
+    "datum_of_pass",
+    "face_offset",
+    "prior",
+    "variance_factor",
+    "noise",
+    "trajectory",
+    "pass",
+    "face",
+    "size",
+    "share",
+];
+
 /// Limits of the verdict, and findings that the surveyor accepts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct VerdictConfig {
     /// Codes of findings that do not take "usable" away.
     pub accept: Vec<String>,
-    /// Smallest and largest variance factor that is let pass.
-    pub variance_factor: [f64; 2],
+    /// Smallest variance factor that is let pass.
+    pub least_variance_factor: f64,
+    /// Largest one.
+    pub most_variance_factor: f64,
     /// A correction of the mounting beyond this is suspicious, degrees.
     pub max_correction_deg: f64,
     /// A correction of the lever arm beyond this is suspicious, metres.
@@ -26,7 +53,8 @@ impl Default for VerdictConfig {
     fn default() -> Self {
         VerdictConfig {
             accept: vec![],
-            variance_factor: [0.75, 1.25],
+            least_variance_factor: 0.75,
+            most_variance_factor: 1.25,
             max_correction_deg: 10.0,
             max_correction_m: 0.5,
             max_prior_sigmas: 5.0,

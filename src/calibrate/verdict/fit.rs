@@ -38,7 +38,7 @@ pub struct Part {
 /// The whole against the limits of its variance factor.
 #[must_use]
 pub fn whole(test: &FitTest, config: &VerdictConfig) -> Option<Finding> {
-    let [low, high] = config.variance_factor;
+    let (low, high) = (config.least_variance_factor, config.most_variance_factor);
     if test.redundancy < ENOUGH || test.deviation().abs() < critical(1) {
         return None;
     }
@@ -81,7 +81,7 @@ pub fn whole(test: &FitTest, config: &VerdictConfig) -> Option<Finding> {
 #[must_use]
 pub fn parts(parts: &[Part], config: &VerdictConfig) -> Vec<Finding> {
     let limit = critical(parts.len());
-    let high = config.variance_factor[1];
+    let high = config.most_variance_factor;
     let mut odd: Vec<&Part> = parts
         .iter()
         .filter(|part| {

@@ -406,10 +406,7 @@ fn mistakes() -> Vec<(Alternative, Undo)> {
             "with the fixes' x and y exchanged",
             "check the fixes' axes: x is right, y is forward",
             |c| {
-                c.fixes
-                    .direction
-                    .iter_mut()
-                    .for_each(|d| d.swap_rows(0, 1));
+                c.fixes.direction.iter_mut().for_each(|d| d.swap_rows(0, 1));
             },
         ),
         one(

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::calibrate::verdict::VerdictConfig;
 use crate::geometry::Ellipsoid;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{LaserCoordinates, LaserNoise, MountingSigma, SonarNoise, TrajectoryNoise};
@@ -35,6 +36,9 @@ pub struct SurveyFile {
     /// The joint path.
     #[serde(default)]
     pub joint: JointConfig,
+    /// Limits of the verdict, and findings that the surveyor accepts.
+    #[serde(default)]
+    pub verdict: VerdictConfig,
 }
 
 /// Procedures that are built.

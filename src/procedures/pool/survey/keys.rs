@@ -10,6 +10,11 @@ const ABOVE: f64 = f64::MIN_POSITIVE;
 const LATITUDE: Limits = limits(-90.0, 90.0, "degrees from -90 to 90");
 const TURN: Limits = limits(-360.0, 360.0, "degrees from -360 to 360");
 const HEIGHT: Limits = limits(-12_000.0, 12_000.0, "metres from -12000 to 12000");
+const RANGE_SIGMA_M: Limits = limits(
+    ABOVE,
+    1.0,
+    "metres above 0 and up to 1 (is it in millimetres?)",
+);
 const SIGMA_M: Limits = limits(ABOVE, 10.0, "metres above 0 and up to 10");
 const SIGMA_M_OR_NONE: Limits = limits(0.0, 10.0, "metres from 0 to 10");
 const SIGMA_DEG: Limits = limits(ABOVE, 10.0, "degrees above 0 and up to 10");
@@ -78,7 +83,7 @@ const LIDAR: &[Key] = &[
     optional("utm_zone", Kind::UtmZone),
     optional("lever_arm_m", Kind::Triple(LEVER_ARM)),
     optional("mounting_deg", Kind::Table(MOUNTING)),
-    optional("range_sigma_m", Kind::Number(SIGMA_M)),
+    optional("range_sigma_m", Kind::Number(RANGE_SIGMA_M)),
     optional("angle_sigma_deg", Kind::Number(SIGMA_DEG_OR_NONE)),
     optional("point_sigma_m", Kind::Number(SIGMA_M)),
     optional("mounting_sigma_deg", Kind::Triple(SIGMA_DEG)),
@@ -90,7 +95,7 @@ const MULTIBEAM: &[Key] = &[
     required("path", Kind::Text),
     required("lever_arm_m", Kind::Triple(LEVER_ARM)),
     required("mounting_deg", Kind::Table(MOUNTING)),
-    required("range_sigma_m", Kind::Number(SIGMA_M)),
+    required("range_sigma_m", Kind::Number(RANGE_SIGMA_M)),
     required("angle_sigma_deg", Kind::Number(SIGMA_DEG)),
     optional("along_angle_sigma_deg", Kind::Number(SIGMA_DEG_OR_NONE)),
     optional("time_offset_s", Kind::Number(OFFSET_S)),
@@ -151,10 +156,34 @@ const JOINT: &[Key] = &[
     optional("simple", Kind::Flag),
 ];
 
+const VARIANCE: Limits = limits(ABOVE, 1e6, "a factor above 0 and up to 1000000");
+const SHARE: Limits = limits(0.0, 1.0, "a share from 0 to 1");
+
+const VERDICT: &[Key] = &[
+    optional(
+        "accept",
+        Kind::Words(crate::calibrate::verdict::config::CODES),
+    ),
+    optional("least_variance_factor", Kind::Number(VARIANCE)),
+    optional("most_variance_factor", Kind::Number(VARIANCE)),
+    optional(
+        "max_correction_deg",
+        Kind::Number(limits(ABOVE, 180.0, "degrees above 0 and up to 180")),
+    ),
+    optional(
+        "max_correction_m",
+        Kind::Number(limits(ABOVE, 1000.0, "metres above 0 and up to 1000")),
+    ),
+    optional("max_prior_sigmas", Kind::Number(WIDTH)),
+    optional("least_share", Kind::Number(SHARE)),
+    optional("good_share", Kind::Number(SHARE)),
+];
+
 /// What a scenario file says of the calibration.
 pub(crate) const CALIBRATION: &[Key] = &[
     optional("sequential", Kind::Table(SEQUENTIAL)),
     optional("joint", Kind::Table(JOINT)),
+    optional("verdict", Kind::Table(VERDICT)),
 ];
 
 /// A pool survey file.
@@ -168,6 +197,7 @@ pub(crate) const SURVEY: &[Key] = &[
     optional("sound_speed", Kind::Table(SOUND_SPEED)),
     optional("sequential", Kind::Table(SEQUENTIAL)),
     optional("joint", Kind::Table(JOINT)),
+    optional("verdict", Kind::Table(VERDICT)),
 ];
 
 const TARGET_KIND: Key = required("kind", Kind::OneOf(&["pool-wall", "faces"]));

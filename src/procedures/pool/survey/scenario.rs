@@ -7,6 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use super::keys;
+use crate::calibrate::verdict::VerdictConfig;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
 use crate::simulate::scenario::complaint;
@@ -59,6 +60,8 @@ pub struct Calibration {
     pub sequential: SequentialConfig,
     /// The joint path.
     pub joint: JointConfig,
+    /// Limits of the verdict.
+    pub verdict: VerdictConfig,
 }
 
 impl ScenarioFile {
@@ -88,7 +91,10 @@ impl ScenarioFile {
             });
             return Err(error(fault.collect()));
         }
-        toml::from_str(&text).map_err(|e| error(vec![e.message().to_owned()]))
+        let mut found: Calibration =
+            toml::from_str(&text).map_err(|e| error(vec![e.message().to_owned()]))?;
+        found.joint.verdict = found.verdict.clone();
+        Ok(found)
     }
 }
 
@@ -217,7 +223,7 @@ fn take_calibration(root: &mut Spanned<DeTable<'_>>) -> toml::Table {
         let value = toml::Value::deserialize(ValueDeserializer::from(value)).ok()?;
         Some((key.to_owned(), value))
     };
-    ["sequential", "joint"]
+    ["sequential", "joint", "verdict"]
         .into_iter()
         .filter_map(take)
         .collect()
