@@ -33,6 +33,7 @@ pub mod observe;
 pub mod procedures;
 pub mod report;
 pub mod results;
+pub mod ruled;
 pub mod simulate;
 pub mod stats;
 pub mod survey;

@@ -5,13 +5,13 @@ use std::process::Output;
 use std::sync::atomic::AtomicBool;
 
 use assert_cmd::cargo::cargo_bin_cmd;
-use boresight::budget::named::rail::RailTrials;
-use boresight::budget::named::usbl::UsblTrials;
 use boresight::budget::named::{Acting, Tried, Wanted, run};
 use boresight::procedures::rail::simulate::{RailScenario, RailSource, RailSources};
+use boresight::procedures::rail::trials::RailTrials;
 use boresight::procedures::rail::{RailJointConfig, RailReferenceConfig};
 use boresight::procedures::usbl::simulate::{DEMO, simulate};
 use boresight::procedures::usbl::simulate::{Scenario, Source, Sources};
+use boresight::procedures::usbl::trials::UsblTrials;
 use boresight::procedures::usbl::{JointConfig, ReferenceConfig};
 use boresight::results::NamedBudget;
 use boresight::target::RailProfile;

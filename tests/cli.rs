@@ -162,6 +162,41 @@ fn all_problems_of_a_survey_file_are_listed() {
     assert!(!out.exists());
 }
 
+/// A file that does not say what it is for is never read as a pool.
+#[test]
+fn a_file_names_its_procedure() {
+    let folder = tempfile::tempdir().expect("folder");
+    let text = std::fs::read_to_string(scenario("single-pass-thin.toml")).expect("a scenario");
+    let file = folder.path().join("s.toml");
+    for (line, part) in [
+        ("", "expected one of \"pool\""),
+        ("procedure = \"railway\"", "nearest: \"rail\""),
+    ] {
+        let changed = text.replace("procedure = \"pool\"", line);
+        assert_ne!(changed, text);
+        std::fs::write(&file, changed).expect("written");
+        for command in ["simulate", "calibrate", "check", "budget", "plan"] {
+            let out = folder.path().join("out");
+            let mut arguments = vec![command, path(&file)];
+            if command != "check" {
+                arguments.extend(["--out", path(&out)]);
+            }
+            let output = run(&arguments);
+            assert_eq!(code(&output), 2, "{command}");
+            let said = text_of(&output);
+            assert!(
+                said.contains("procedure") && said.contains(part),
+                "{command}: {said}"
+            );
+            assert!(!out.exists(), "{command} wrote something");
+        }
+    }
+}
+
+fn text_of(output: &Output) -> String {
+    text(&output.stderr)
+}
+
 #[test]
 fn a_plain_wall_is_refused_naming_what_it_cannot_determine() {
     let folder = tempfile::tempdir().expect("folder");
@@ -298,6 +333,22 @@ fn applied_points_are_the_georeferenced_ones() {
         let found = nalgebra::Vector3::new(point.x, point.y, point.z);
         assert!((found - expected).amax() < 6e-5, "{k}: {found} {expected}");
     }
+    let silent = out.join("silent.json");
+    let mut json: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(&calibration).expect("a result")).expect("JSON");
+    json.as_object_mut().expect("an object").remove("usable");
+    std::fs::write(&silent, json.to_string()).expect("written");
+    let arguments = [
+        "apply",
+        path(&survey),
+        "--calibration",
+        path(&silent),
+        "--out",
+        path(&cloud),
+    ];
+    let refused = run(&arguments);
+    assert_eq!(code(&refused), 2, "a result that does not say it is usable");
+    assert!(text(&refused.stderr).contains("usable"));
     let wrong = run(&[
         "apply",
         path(&survey),

@@ -6,7 +6,8 @@
 use std::path::{Path, PathBuf};
 
 /// Floor of every top-level module; the table of the architecture page.
-const FLOORS: [(&str, u8); 19] = [
+const FLOORS: [(&str, u8); 20] = [
+    ("ruled", 0),
     ("units", 0),
     ("stats", 0),
     ("geometry", 1),
@@ -31,7 +32,9 @@ const FLOORS: [(&str, u8); 19] = [
 /// Neighbours on one floor of which the first builds on the second; never the other way round.
 /// The floor plan's prose does not name them: matching ties points to a target's faces, the simulator casts rays at them, and a
 /// procedure's own simulator knows its scene.
-const NEIGHBOURS: [(&str, &str); 3] = [
+const NEIGHBOURS: [(&str, &str); 4] = [
+    // its errors name files, lines and keys
+    ("calibrate", "survey"),
     ("matching", "target"),
     ("simulate", "target"),
     ("casting", "procedures"),

@@ -195,7 +195,20 @@ fn an_impossible_rail_model_is_refused() {
 #[test]
 fn the_demo_needs_no_input() {
     let folder = tempfile::tempdir().expect("folder");
-    let output = run(&["demo", "rail", "--out", "demo"], folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
-    assert_eq!(result(folder.path(), "demo")["procedure"], "rail");
+    for time in ["first", "again"] {
+        let output = run(&["demo", "rail"], folder.path());
+        assert_eq!(output.status.code(), Some(0), "{time}: {}", words(&output));
+    }
+    assert_eq!(
+        result(folder.path(), "boresight-demo-rail")["procedure"],
+        "rail"
+    );
+    let foreign = run(&["demo", "rail", "--out", "."], folder.path());
+    assert_eq!(foreign.status.code(), Some(2), "a folder with other files");
+    assert!(
+        words(&foreign).contains("did not write"),
+        "{}",
+        words(&foreign)
+    );
+    assert!(!folder.path().join("result.json").exists());
 }

@@ -96,6 +96,13 @@ fn one_beacon_ends_with_1_and_a_reason() {
     let text = THIN.replace("centre_to_corner_m = 4.0", "centre_to_corner_m = 0.0")
         + "\n[[beacons.beacon]]\nname = \"lonely\"\nposition_m = [2.0, 1.0, -6.0]\n";
     let folder = simulated(&text);
+    let check = run(&["check", "survey/survey.toml"], folder.path());
+    assert_eq!(check.status.code(), Some(1), "{}", words(&check));
+    let said = String::from_utf8_lossy(&check.stdout).into_owned();
+    assert!(
+        said.contains("The mounting cannot be determined."),
+        "{said}"
+    );
     for method in ["joint", "sequential", "both"] {
         let arguments = [
             "calibrate",
@@ -199,4 +206,24 @@ fn a_bad_scenario_is_named_and_the_demo_runs() {
     let result = json(&folder.path().join("d/result.json"));
     let truth = json(&folder.path().join("d/survey/truth.json"));
     assert!(pulls(&result, &truth).amax() < 4.5);
+}
+
+/// What a procedure has no use for is refused, never ignored; nothing is written.
+#[test]
+fn settings_without_a_use_are_refused() {
+    let folder = simulated(THIN);
+    for (option, value) in [("--simple", None), ("--seed", Some("3"))] {
+        let mut arguments = vec!["calibrate", "survey/survey.toml", "--out", "o", option];
+        arguments.extend(value);
+        let output = run(&arguments, folder.path());
+        assert_eq!(output.status.code(), Some(2), "{option}");
+        let said = words(&output);
+        assert!(said.contains(option) && said.contains("usbl"), "{said}");
+        assert!(!folder.path().join("o").exists());
+    }
+    let check = run(
+        &["check", "survey/survey.toml", "--seed", "3"],
+        folder.path(),
+    );
+    assert_eq!(check.status.code(), Some(2), "{}", words(&check));
 }

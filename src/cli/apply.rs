@@ -16,6 +16,7 @@ use crate::formats::las::wkt;
 use crate::geometry::Ellipsoid;
 use crate::geometry::utm::Utm;
 use crate::observe::Mounting;
+use crate::procedures;
 use crate::procedures::pool::apply::{Georeferenced, Sensor, points};
 use crate::procedures::pool::summary::residuals::Model;
 use crate::procedures::pool::survey;
@@ -29,6 +30,7 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.calibration.display()));
     let model = model(&args.calibration, args.solution)?;
     talk.step(&format!("reading {}", args.survey.display()));
+    procedures::of_file(&args.survey)?;
     let survey = survey::load(&args.survey)?;
     let scene =
         Scene::prepare(&survey.campaign, &survey.target, &survey.pose).map_err(PoolError::from)?;

@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
 use super::plan::Wanted;
 use crate::budget::sweep::Vary;
 use crate::calibrate::choices::Method;
+use crate::procedures;
 
 const ABOUT: &str = "Boresight angles and lever arms of survey sensors by least-squares adjustment, with an uncertainty that is true";
 
@@ -229,26 +231,15 @@ pub enum Command {
 /// `demo`.
 #[derive(Debug, Args)]
 pub struct Demo {
-    /// Which calibration to show
-    #[arg(value_enum, default_value_t = DemoName::Pool)]
-    pub procedure: DemoName,
-    /// Folder to write into
-    #[arg(long, value_name = "DIR", default_value = "boresight-demo", value_hint = ValueHint::DirPath)]
-    pub out: PathBuf,
-    /// Seed of the simulation and of RANSAC
+    /// Which procedure to show [default: the first]
+    #[arg(value_name = "PROCEDURE", value_parser = PossibleValuesParser::new(procedures::names()))]
+    pub procedure: Option<String>,
+    /// Folder to write into [default: boresight-demo-PROCEDURE, without a procedure boresight-demo]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
+    /// Seed of the simulation, and of the calibration's random samples
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-}
-
-/// Which calibration to show.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DemoName {
-    /// A multibeam against a target in a pool
-    Pool,
-    /// An ultra-short baseline transducer against five beacons
-    Usbl,
-    /// Laser profilers on a measuring beam against a standard rail
-    Rail,
 }
 
 /// `calibrate`.
@@ -266,9 +257,9 @@ pub struct Calibrate {
     /// Folder to write into [default: named after the survey]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
-    /// Seed of RANSAC
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// Seed of the calibration's random samples, where it draws any [default: 1]
+    #[arg(long)]
+    pub seed: Option<u64>,
 }
 
 /// Which paths run.
@@ -352,9 +343,9 @@ pub struct Check {
     /// Survey file
     #[arg(value_name = "SURVEY.toml", value_hint = ValueHint::FilePath)]
     pub survey: PathBuf,
-    /// Seed of RANSAC
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// Seed of the calibration's random samples, where it draws any [default: 1]
+    #[arg(long)]
+    pub seed: Option<u64>,
 }
 
 /// `budget`.

@@ -5,8 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 use super::Ending;
 use super::args::Budget;
-use super::calibrate::{folder_of, input};
+use super::calibrate::folder_of;
 use super::error::CliError;
+use super::named_budget;
 use super::talk::Talk;
 use crate::budget::analytic::{
     Analytic, AnalyticError, analytic_with, of_survey as of_survey_with,
@@ -14,7 +15,9 @@ use crate::budget::analytic::{
 use crate::budget::experiment::{Ended, Experiment};
 use crate::budget::trial::Configuration;
 use crate::budget::{predicted, soundings, summary, sweep};
-use crate::calibrate::choices::Method;
+use crate::calibrate::seam::Settings;
+use crate::procedures;
+use crate::procedures::pool::procedure::input;
 use crate::procedures::pool::survey::claims::claims;
 use crate::procedures::pool::survey::{self as survey, scenario};
 use crate::report::{self, budget as pages};
@@ -31,9 +34,23 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Runs the command.
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
+    let procedure = procedures::of_file(&args.scenario)?;
     if std::fs::read_to_string(&args.scenario).is_ok_and(|text| crate::survey::is_survey(&text)) {
-        return of_survey(args, talk);
+        return if procedure.uses().survey_budget {
+            of_survey(args, talk)
+        } else {
+            let (file, procedure) = (args.scenario.clone(), procedure.name());
+            Err(CliError::NeedsScenario { file, procedure })
+        };
     }
+    match procedures::scenario(&args.scenario)?.tried()? {
+        Some(tried) => named_budget::run(&*tried, args, talk),
+        None => of_scenario(args, talk),
+    }
+}
+
+/// The budget of a scenario whose sources can be propagated as well as tried.
+fn of_scenario(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     let file = scenario::read(&args.scenario)?;
     let calibration = file.calibration(&args.scenario)?;
     let configuration = Configuration {
@@ -91,7 +108,11 @@ fn of_survey(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     result.notes = survey.notes.clone();
     result.notes.push(SURVEY_NOTE.to_owned());
     talk.step("calibrating, and propagating every source through both paths");
-    let found = match of_survey_with(&claims, &input(&survey, Method::Both, args.seed)) {
+    let settings = Settings {
+        seed: Some(args.seed),
+        ..Settings::default()
+    };
+    let found = match of_survey_with(&claims, &input(&survey, &settings)) {
         Ok(analytic) => {
             predicted::add(&mut result, &claims, &analytic);
             soundings::or_propagated(vec![], &analytic)

@@ -2,145 +2,97 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-
 use super::Ending;
 use super::args::Calibrate;
 use super::error::CliError;
 use super::talk::Talk;
-use crate::procedures::pool::summary::{self, Dropped};
-use crate::procedures::pool::survey::{self as survey, LoadedSurvey};
-use crate::procedures::pool::{self, Method, PoolInput};
-use crate::report;
-use crate::results::{InputFile, PoolResult, Provenance, ReportSamples, Software, Truth};
+use crate::calibrate::seam::{Finished, Settings, TrueError};
+use crate::procedures;
+use crate::report::any as report;
+use crate::ruled::Ruled;
 
 /// Runs the command.
 pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.survey.display()));
-    let mut survey = survey::load(&args.survey)?;
-    survey.file.joint.simple |= args.simple;
-    let folder = args
-        .out
-        .clone()
-        .unwrap_or_else(|| folder_of(&survey.file.name));
-    let finished = calibrated(&survey, args.method.into(), args.seed, None, talk)?;
-    let place = write(&folder, &finished, talk)?;
-    let text = format!(
-        "{}{}\n{place}",
-        report::text::summary(&finished.result),
+    let settings = Settings {
+        method: args.method.into(),
+        seed: args.seed,
+        simple: args.simple,
+    };
+    let procedure = procedures::of_file(&args.survey)?;
+    settings.fit(procedure)?;
+    let survey = procedure.read(&args.survey)?;
+    let folder = args.out.clone().unwrap_or_else(|| folder_of(survey.name()));
+    let finished = survey.calibrate(&settings, None, &|what| talk.step(what))?;
+    finish(&folder, &finished, None, talk)?;
+    Ok(ending(&finished))
+}
+
+/// Exit code 0 or 1.
+pub fn ending(finished: &Finished) -> Ending {
+    if finished.result.usable() {
+        Ending::Usable
+    } else {
+        Ending::Unusable
+    }
+}
+
+/// Writes the files of a calibration and prints it; `survey` is the survey file of a demo.
+pub fn finish(
+    folder: &Path,
+    finished: &Finished,
+    survey: Option<&Path>,
+    talk: &Talk,
+) -> Result<(), CliError> {
+    talk.step(&format!("writing {}", folder.display()));
+    let written = report::write(folder, &finished.result)?;
+    let mut text = format!(
+        "{}{}\n",
+        report::summary(&finished.result),
         notes(&finished.notes)
     );
-    talk.result(&text, &report::json::to_bytes(&finished.result)?)?;
-    Ok(finished.ending())
-}
-
-/// A calibration that came to its end, with or without a usable result.
-#[derive(Debug)]
-pub struct Finished {
-    /// `result.json`.
-    pub result: PoolResult,
-    /// What the pictures are drawn from.
-    pub samples: ReportSamples,
-    /// Sentences that the reader should know.
-    pub notes: Vec<String>,
-}
-
-impl Finished {
-    /// Exit code 0 or 1.
-    pub fn ending(&self) -> Ending {
-        if self.result.usable {
-            Ending::Usable
-        } else {
-            Ending::Unusable
-        }
+    if !finished.errors.is_empty() {
+        text.push_str(&format!("{}\n\n", against_truth(&finished.errors)));
     }
-}
-
-/// Calibrates a survey in memory.
-pub fn calibrated(
-    survey: &LoadedSurvey,
-    method: Method,
-    seed: u64,
-    truth: Option<Truth>,
-    talk: &Talk,
-) -> Result<Finished, CliError> {
-    let input = input(survey, method, seed);
-    let outcome = pool::calibrate(&input, &|what| talk.step(what))?;
-    talk.step("comparing and drawing");
-    let dropped = Dropped {
-        soundings: survey.counts.soundings_dropped as u64,
-        returns: survey.counts.laser_dropped as u64,
-    };
-    let result = summary::result(
-        &outcome,
-        &input,
-        dropped,
-        provenance(&survey.file, &survey.inputs, method, seed)?,
-    );
-    let samples = summary::samples(&outcome, &survey.file.name, truth);
-    let notes = survey
-        .notes
-        .iter()
-        .chain(&outcome.scene.notes)
-        .cloned()
-        .collect();
-    Ok(Finished {
-        result,
-        samples,
-        notes,
-    })
-}
-
-/// A loaded survey as the calibration takes it.
-pub fn input(survey: &LoadedSurvey, method: Method, seed: u64) -> PoolInput<'_> {
-    PoolInput {
-        campaign: &survey.campaign,
-        target: &survey.target,
-        prior: &survey.pose,
-        method,
-        sequential: &survey.file.sequential,
-        joint: &survey.file.joint,
-        seed,
+    if let Some(survey) = survey {
+        text.push_str(&format!("Survey  {}\n", survey.display()));
     }
-}
-
-/// What a result says of where it comes from: the configuration as it took effect and the files it was read from.
-pub fn provenance(
-    configuration: &impl Serialize,
-    inputs: &[InputFile],
-    method: Method,
-    seed: u64,
-) -> Result<Provenance, CliError> {
-    let mut configuration = serde_json::to_value(configuration)?;
-    if let Some(table) = configuration.as_object_mut() {
-        table.insert("method".to_owned(), method.name().into());
-    }
-    Ok(Provenance {
-        software: Software::this(),
-        seed,
-        inputs: inputs.to_vec(),
-        configuration,
-    })
-}
-
-/// Where a result's files are, for the terminal.
-pub fn place(written: &report::Written) -> String {
-    format!(
+    text.push_str(&format!(
         "Result  {}\nReport  {}\n",
         written.result.display(),
         written.report.display()
-    )
+    ));
+    talk.result(&text, &report::to_bytes(&finished.result)?)
 }
 
-/// Writes both files and says where they are.
-pub fn write(folder: &Path, finished: &Finished, talk: &Talk) -> Result<String, CliError> {
-    talk.step(&format!("writing {}", folder.display()));
-    let written = report::write_all(folder, &finished.result, &finished.samples)?;
-    Ok(place(&written))
+/// A table of each path's errors, the joint one's also in its own standard deviations.
+fn against_truth(errors: &[TrueError]) -> Ruled {
+    let simple = errors.iter().any(|e| e.joint_simple.is_some());
+    let header = [
+        "error against the truth",
+        "reference",
+        "joint",
+        "joint, in sigmas",
+        "joint, simple model",
+    ];
+    let mut table = Ruled::new(header.into_iter().take(if simple { 5 } else { 4 }));
+    let shown = |value: Option<f64>| value.map_or_else(String::new, |v| format!("{v:+.4}"));
+    for e in errors {
+        let sigmas = e.joint.zip(e.sigma);
+        let mut row = vec![
+            format!("{}, {}", e.name, e.unit),
+            shown(e.reference),
+            shown(e.joint),
+            sigmas.map_or_else(String::new, |(e, s)| format!("{:+.1}", e / s)),
+        ];
+        row.extend(simple.then(|| shown(e.joint_simple)));
+        table.row(row);
+    }
+    table
 }
 
 /// The notes as a paragraph, empty without any.
-pub fn notes(notes: &[String]) -> String {
+fn notes(notes: &[String]) -> String {
     let lines: Vec<String> = notes
         .iter()
         .map(|note| format!("Note: {note}.\n"))
@@ -181,5 +133,21 @@ mod tests {
         assert_eq!(folder_of("three-pass"), Path::new("three-pass"));
         assert_eq!(folder_of("../../etc/x y"), Path::new("etc-x-y"));
         assert_eq!(folder_of(".."), Path::new("boresight-result"));
+    }
+
+    #[test]
+    fn the_simple_model_has_a_column_only_where_it_was_solved() {
+        let mut error = TrueError {
+            name: "yaw".to_owned(),
+            unit: "deg".to_owned(),
+            joint: Some(0.5),
+            sigma: Some(0.25),
+            ..TrueError::default()
+        };
+        let without = against_truth(std::slice::from_ref(&error)).to_string();
+        assert!(without.contains("yaw, deg") && without.contains("+2.0"));
+        assert!(!without.contains("simple"));
+        error.joint_simple = Some(1.0);
+        assert!(against_truth(&[error]).to_string().contains("+1.0000"));
     }
 }

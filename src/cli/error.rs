@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use crate::budget::ledger::LedgerError;
 use crate::budget::passes::PassError;
 use crate::budget::sweep::SweepError;
+use crate::calibrate::seam::InputError;
 use crate::formats::FormatError;
 use crate::geometry::utm::UtmError;
 use crate::procedures::pool::PoolError;
-use crate::procedures::usbl::UsblError;
 use crate::report::ReportError;
 use crate::simulate::SimulateError;
 use crate::survey::{ScenarioError, SurveyError};
@@ -16,6 +16,9 @@ use crate::survey::{ScenarioError, SurveyError};
 /// Everything that can stop a command.
 #[derive(Debug, thiserror::Error)]
 pub enum CliError {
+    /// What a procedure cannot begin with.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// The survey file or one of its files; every problem on a line of its own.
     #[error(transparent)]
     Survey(#[from] SurveyError),
@@ -25,18 +28,12 @@ pub enum CliError {
     /// A scenario that cannot be simulated.
     #[error(transparent)]
     Simulate(#[from] SimulateError),
-    /// A rail scenario that cannot be simulated.
-    #[error(transparent)]
-    SimulateRail(#[from] crate::procedures::rail::simulate::RailScenarioError),
     /// A file could not be read or written.
     #[error(transparent)]
     Format(#[from] FormatError),
     /// The calibration could not work with its input.
     #[error(transparent)]
     Pool(#[from] PoolError),
-    /// The USBL calibration could not work with its input.
-    #[error(transparent)]
-    Usbl(#[from] UsblError),
     /// A report could not be written.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -50,6 +47,14 @@ pub enum CliError {
         folder: PathBuf,
         /// What the operating system said.
         found: String,
+    },
+    /// A demo into a folder that holds other files than its own.
+    #[error("{}: whole folder: found files that the {procedure} demo did not write, expected a new or empty folder, or one of an earlier {procedure} demo: name another with --out", folder.display())]
+    Occupied {
+        /// The folder.
+        folder: PathBuf,
+        /// The procedure.
+        procedure: &'static str,
     },
     /// Not a result of this program.
     #[error("{}: {found}, expected a result.json of boresight", file.display())]

@@ -4,7 +4,6 @@
 //! |---|---|
 //! | [`args`] | what the user types |
 //! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `budget`, `plan` | one command each |
-//! | `usbl`, `rail` | these commands for other procedures than the pool's |
 //! | `talk` | what is printed: results on standard output, progress on standard error |
 //! | [`error`] | what ends a command before it solves (exit code 2) |
 
@@ -17,22 +16,17 @@ mod demo;
 pub mod error;
 mod named_budget;
 mod plan;
-mod rail;
 mod simulate;
 mod talk;
-mod truth;
-mod usbl;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
 
-use args::{Cli, Command, DemoName};
+use args::{Cli, Command};
 use error::CliError;
 use talk::Talk;
-
-use crate::survey::{Procedure, procedure_of};
 
 /// How a command ended when it was not stopped by an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,32 +75,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
     match command {
-        Command::Demo(args) => match args.procedure {
-            DemoName::Pool => demo::run(&args, talk),
-            DemoName::Usbl => usbl::demo(&args, talk),
-            DemoName::Rail => rail::demo(&args, talk),
-        },
-        Command::Calibrate(args) => match procedure_of(&args.survey) {
-            Procedure::Pool => calibrate::run(&args, talk),
-            Procedure::Usbl => usbl::calibrate(&args, talk),
-            Procedure::Rail => rail::calibrate(&args, talk),
-        },
-        Command::Simulate(args) => match procedure_of(&args.scenario) {
-            Procedure::Pool => simulate::run(&args, talk),
-            Procedure::Usbl => usbl::simulate(&args, talk),
-            Procedure::Rail => rail::simulate(&args, talk),
-        },
-        Command::Check(args) => match procedure_of(&args.survey) {
-            Procedure::Pool => check::run(&args, talk),
-            Procedure::Usbl => usbl::check(&args, talk),
-            Procedure::Rail => rail::check(&args, talk),
-        },
+        Command::Demo(args) => demo::run(&args, talk),
+        Command::Calibrate(args) => calibrate::run(&args, talk),
+        Command::Simulate(args) => simulate::run(&args, talk),
+        Command::Check(args) => check::run(&args, talk),
         Command::Apply(args) => apply::run(&args, talk),
-        Command::Budget(args) => match procedure_of(&args.scenario) {
-            Procedure::Pool => budget::run(&args, talk),
-            Procedure::Usbl => usbl::budget(&args, talk),
-            Procedure::Rail => rail::budget(&args, talk),
-        },
+        Command::Budget(args) => budget::run(&args, talk),
         Command::Plan(args) => plan::run(&args, talk),
         Command::Completions { shell } => {
             let mut script = Vec::new();

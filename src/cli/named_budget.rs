@@ -12,7 +12,6 @@ use super::talk::Talk;
 use crate::budget::named::{self, Tried, Wanted};
 use crate::report::{named_budget as pages, write_named_budget};
 use crate::results::NamedBudget;
-use crate::survey::is_survey;
 
 /// Trials of all sources together when the user says nothing.
 const TRIALS: u64 = 200;
@@ -48,15 +47,6 @@ pub fn run(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliE
         .clone()
         .unwrap_or_else(|| folder_of(&format!("{}-budget", tried.scenario())));
     written(&result, &folder, stopped, talk)
-}
-
-/// Refuses a survey: nobody knows its truth.
-pub fn needs_scenario(file: &Path, procedure: &'static str) -> Result<(), CliError> {
-    if std::fs::read_to_string(file).is_ok_and(|text| is_survey(&text)) {
-        let file = file.to_owned();
-        return Err(CliError::NeedsScenario { file, procedure });
-    }
-    Ok(())
 }
 
 /// What only a pool's budget has.

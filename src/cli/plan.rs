@@ -11,6 +11,7 @@ use super::talk::Talk;
 use crate::budget::plan::{PlanRequest, candidates};
 use crate::budget::planned::{BEST_PUBLISHED, NAMES, planned};
 use crate::budget::sweep;
+use crate::procedures;
 use crate::procedures::pool::survey::scenario;
 use crate::report::{self, plan as pages};
 use crate::results::PlanCriterion;
@@ -54,6 +55,7 @@ impl FromStr for Wanted {
 /// Runs the command.
 pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.scenario.display()));
+    procedures::of_file(&args.scenario)?;
     let file = scenario::read(&args.scenario)?;
     let config = file.calibration(&args.scenario)?.joint;
     if args.vary.len() > 2 {

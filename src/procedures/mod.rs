@@ -1,5 +1,21 @@
-//! The procedures: each builds conditions and hands them to the adjustment.
+//! Calibration procedures: each a folder, and a line in [`ALL`].
+//!
+//! A procedure knows its instruments, their conditions and its reference path. Everything that is not special to an instrument is on
+//! the floors below, and whoever works with procedures does so through [`calibrate::seam`](crate::calibrate::seam).
 
 pub mod pool;
 pub mod rail;
 pub mod usbl;
+
+mod named;
+
+pub use named::{find, names, of_file, read, scenario};
+
+use crate::calibrate::seam::Procedure;
+
+/// Every procedure; the only list of them.
+pub static ALL: [&dyn Procedure; 3] = [
+    &pool::procedure::Pool,
+    &usbl::procedure::Usbl,
+    &rail::procedure::Rail,
+];

@@ -3,6 +3,7 @@
 //! Recomputes nothing: what is shown stands in [`PoolResult`](crate::results::PoolResult) or in
 //! [`ReportSamples`](crate::results::ReportSamples).
 
+pub mod any;
 pub mod budget;
 pub mod conventions;
 pub mod html;

@@ -6,6 +6,7 @@
 //! Nothing here calculates. Lengths are metres, angles degrees where a name ends in `_deg` and radians inside covariances. What could not
 //! be determined is `None` (`null` in the file), never NaN.
 
+mod any;
 mod budget;
 mod comparison;
 mod named_budget;
@@ -22,6 +23,7 @@ mod usbl;
 mod verdict;
 mod write;
 
+pub use any::AnyResult;
 pub use budget::{
     Agreement, BUDGET_FORMAT_VERSION, BudgetPath, BudgetResult, Interval, Nees, Origin, PathBudget,
     PathStatistics, RefusalCount, Reported, SixFigures, SourceDescription, SourceShare, Sweep,

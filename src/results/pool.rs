@@ -18,7 +18,6 @@ pub struct PoolResult {
     #[serde(flatten)]
     pub provenance: Provenance,
     /// Whether the deciding solution may be used: the joint one where it ran, else the sequential one. `false` goes with exit code 1.
-    #[serde(default = "usable_by_default")]
     pub usable: bool,
     /// Why the result is not usable; `None` when it is.
     #[serde(default)]
@@ -34,10 +33,6 @@ pub struct PoolResult {
     pub solutions: Solutions,
     /// The paths against each other; `None` unless both are there.
     pub comparison: Option<Comparison>,
-}
-
-fn usable_by_default() -> bool {
-    true
 }
 
 /// The solutions of the paths that ran.

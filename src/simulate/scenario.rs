@@ -3,6 +3,7 @@
 //! Angles in degrees, lengths in metres, times in seconds; angles of mountings and corrections as in the conventions page.
 
 use serde::{Deserialize, Serialize};
+use toml::de::{DeTable, Deserializer};
 
 use super::motion::MotionModel;
 use super::sources::Sources;
@@ -379,12 +380,14 @@ pub struct BodyModel {
 }
 
 impl Scenario {
-    /// Reads a scenario from TOML text in which the target's model stands in full (no paths).
+    /// Reads a scenario from TOML text in which the target's model stands in full (no paths); whose scenario it is is not asked.
     ///
     /// # Errors
     /// What the TOML reader found, with its line and column.
     pub fn from_toml(text: &str) -> Result<Self, toml::de::Error> {
-        toml::from_str(text)
+        let mut root = DeTable::parse(text)?;
+        root.get_mut().remove("procedure");
+        Self::deserialize(Deserializer::from(root))
     }
 }
 

@@ -14,7 +14,7 @@ pub mod schema;
 pub mod sections;
 
 pub use problem::{Problem, ScenarioError, SurveyError};
-pub use procedure::{Procedure, is_survey, procedure_in, procedure_of};
+pub use procedure::is_survey;
 
 /// Name of the survey file in the folder of a simulated survey.
 pub const SURVEY_FILE: &str = "survey.toml";

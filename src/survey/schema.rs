@@ -249,7 +249,7 @@ fn known_keys(name: &str, keys: &[Key]) -> String {
 }
 
 /// The candidate that is most like `word`.
-fn nearest<'w>(word: &str, candidates: impl Iterator<Item = &'w str>) -> Option<&'w str> {
+pub fn nearest<'w>(word: &str, candidates: impl Iterator<Item = &'w str>) -> Option<&'w str> {
     candidates.max_by(|a, b| likeness(word, a).total_cmp(&likeness(word, b)))
 }
 

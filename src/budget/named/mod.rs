@@ -4,73 +4,21 @@
 //! A procedure implements [`Tried`]; [`run`] does the rest. Trials are summed up in the order of seeds, so that the result has the
 //! same bytes on any number of threads, and memory does not grow with their number.
 
-pub mod rail;
 mod tally;
-pub mod usbl;
 
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::statistics::CONFIDENCE;
+pub use crate::calibrate::tried::{Acting, JointSaid, NamedTrial, Tried};
 use crate::results::{
-    NAMED_BUDGET_FORMAT_VERSION, NamedBudget, NamedParameter, NamedPath, NamedShare, NamedSource,
-    Software,
+    NAMED_BUDGET_FORMAT_VERSION, NamedBudget, NamedPath, NamedShare, NamedSource, Software,
 };
 use tally::Tally;
 
 /// Trials between two looks at the stop flag.
 const CHUNK: u64 = 64;
-
-/// Which sources act in a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Acting {
-    /// All that the scenario has.
-    All,
-    /// None.
-    None,
-    /// The one of this place in [`Tried::sources`] alone.
-    Only(usize),
-}
-
-/// What the joint path said in a trial, in the units of [`Tried::parameters`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct JointSaid {
-    /// Estimate minus truth.
-    pub error: Vec<f64>,
-    /// The covariance it reported.
-    pub covariance: DMatrix<f64>,
-    /// Its variance factor.
-    pub variance_factor: Option<f64>,
-}
-
-/// One trial; a path without a usable result says why.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NamedTrial {
-    /// The joint path.
-    pub joint: Result<JointSaid, String>,
-    /// Estimate minus truth of the reference path; NaN for a parameter that it does not determine.
-    pub reference: Result<Vec<f64>, String>,
-}
-
-/// A calibration that can be tried on simulated surveys.
-pub trait Tried: Sync {
-    /// `usbl`, `rail`.
-    fn procedure(&self) -> &'static str;
-
-    /// Name of the scenario.
-    fn scenario(&self) -> &str;
-
-    /// The parameters, in the order of all vectors.
-    fn parameters(&self) -> Vec<NamedParameter>;
-
-    /// The sources that act in the scenario.
-    fn sources(&self) -> Vec<NamedSource>;
-
-    /// Simulates under a seed and calibrates by both paths.
-    fn trial(&self, seed: u64, acting: Acting) -> NamedTrial;
-}
 
 /// How many trials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,13 +84,6 @@ pub fn run(
     }
 }
 
-/// A source's key in a scenario.
-fn word(source: &impl serde::Serialize) -> String {
-    let value = serde_json::to_value(source).ok();
-    let word = value.as_ref().and_then(|value| value.as_str());
-    word.unwrap_or_default().to_owned()
-}
-
 fn path(
     joint: bool,
     nothing: &Tally,
@@ -178,7 +119,9 @@ fn path(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::NamedParameter;
     use crate::stats::stream;
+    use nalgebra::DMatrix;
     use rand_distr::{Distribution, Normal};
 
     /// Two sources of 1 and 2 on a first parameter, 3 and 0 on a second; the joint path claims exactly that, the reference path has

@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | [`procedure`] | the calibration behind the seam |
 //! | [`run`] | the whole in memory: [`run::calibrate`] |
 //! | [`scene`] | trajectory, refined target pose, rough mounting |
 //! | [`frame`] | how the refined pose follows each laser point |
@@ -22,6 +23,7 @@
 
 mod alternatives;
 pub mod apply;
+mod check;
 pub mod conditions;
 pub mod config;
 pub mod coverage;
@@ -34,6 +36,7 @@ pub mod judge;
 pub mod planes;
 mod poses;
 pub mod preview;
+pub mod procedure;
 pub mod run;
 pub mod scene;
 pub mod sequential;

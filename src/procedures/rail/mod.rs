@@ -9,7 +9,9 @@
 //! | [`model`] | the unknowns and the cut of a light plane through the extruded rail |
 //! | [`conditions`] | conditions with their derivatives |
 //! | [`joint`] | the adjustment in rounds of association |
+//! | [`trials`] | a scenario on trial, for the error budget |
 //! | [`verdict`] | what the data do not determine, in words |
+//! | [`procedure`] | the calibration behind the seam |
 //! | [`run`] | both paths in memory |
 //! | [`summary`] | the outcome as plain data |
 //! | [`trial`] | simulate and calibrate one seed, for Monte Carlo and budgets |
@@ -21,6 +23,7 @@ pub mod icp;
 pub mod joint;
 pub mod judge;
 pub mod model;
+pub mod procedure;
 pub mod reference;
 pub mod run;
 pub mod scene;
@@ -28,6 +31,7 @@ pub mod simulate;
 pub mod summary;
 pub mod survey;
 pub mod trial;
+pub mod trials;
 pub mod verdict;
 
 pub use config::{RailJointConfig, RailReferenceConfig};

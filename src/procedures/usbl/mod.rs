@@ -10,6 +10,8 @@
 //! | [`joint`] | the joint path |
 //! | [`judge`] | what speaks against a solution |
 //! | [`verify`](mod@verify) | the patent's verification: predicted against surveyed beacons |
+//! | [`procedure`] | the calibration behind the seam |
+//! | [`trials`] | a scenario on trial, for the error budget |
 //! | [`verdict`] | what cannot be determined, in words |
 //! | [`summary`] | the outcome as `result.json` |
 
@@ -17,12 +19,14 @@ pub mod conditions;
 pub mod config;
 pub mod joint;
 pub mod judge;
+pub mod procedure;
 pub mod reference;
 pub mod scene;
 pub mod simulate;
 pub mod start;
 pub mod summary;
 pub mod survey;
+pub mod trials;
 pub mod verdict;
 pub mod verify;
 

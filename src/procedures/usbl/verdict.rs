@@ -297,6 +297,18 @@ impl Layout {
         self.beacons > 2 && !self.is_line() && self.spread_m[2] < THIN * self.spread_m[0]
     }
 
+    /// Whether all common beacons lie in one direction, so that the rotation about it stays free.
+    #[must_use]
+    pub fn is_one_direction(&self) -> bool {
+        self.beacons < 2 || self.sight_rad < THIN * THIN
+    }
+
+    /// Whether it determines the three angles of the mounting.
+    #[must_use]
+    pub fn determines_mounting(&self) -> bool {
+        !self.is_one_direction()
+    }
+
     /// The weakness of the layout; empty when it has none.
     #[must_use]
     pub fn in_words(&self) -> String {
@@ -304,7 +316,7 @@ impl Layout {
         match self.beacons {
             0 => "no common beacon has a fix".to_owned(),
             1 => "one common beacon gives one direction: the rotation about the line of sight to it stays free".to_owned(),
-            _ if self.sight_rad < THIN * THIN => format!(
+            _ if self.is_one_direction() => format!(
                 "all common beacons lie in one direction from the transducer (within {:.2} deg): the rotation about it stays free",
                 self.sight_rad.to_degrees()
             ),

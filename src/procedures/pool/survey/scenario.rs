@@ -37,8 +37,16 @@ pub struct ScenarioFile {
 /// [`ScenarioError`]: unreadable, not TOML, unknown keys (all of them, with the nearest known one), wrong types, impossible values.
 pub fn read(file: &Path) -> Result<ScenarioFile, ScenarioError> {
     let text = std::fs::read_to_string(file).map_err(|error| fault(file, error.to_string()))?;
+    beside(file, &text)
+}
+
+/// The scenario in the text of a file; a target given as a path is read from beside the file.
+///
+/// # Errors
+/// As [`read`].
+pub fn beside(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError> {
     let folder = file.parent().unwrap_or(Path::new("."));
-    parse(file, &text, |model| {
+    parse(file, text, |model| {
         std::fs::read_to_string(folder.join(model))
     })
 }
@@ -349,10 +357,9 @@ mod tests {
         );
         let target = faults_of("kind = \"pool-wall\"\n");
         assert!(target[0].starts_with("found a target file"), "{target:?}");
-        let usbl = faults_of(&format!("procedure = \"usbl\"\n{DEMO}"));
+        let usbl = faults_of(&DEMO.replace("procedure = \"pool\"", "procedure = \"usbl\""));
         assert!(usbl[0].starts_with("found a usbl file"), "{}", usbl[0]);
-        let text = format!("procedure = \"pool\"\n{DEMO}");
-        assert!(from_text(Path::new("s.toml"), &text).is_ok());
+        assert!(from_text(Path::new("s.toml"), DEMO).is_ok());
     }
 
     #[test]

@@ -2,13 +2,13 @@
 
 use nalgebra::Matrix3;
 
-use super::{Acting, JointSaid, NamedTrial, Tried, word};
+use super::joint::{JointOutcome, sought};
+use super::simulate::{Scenario, Source, Sources, Truth, simulate_with};
+use super::{JointConfig, ReferenceConfig, UsblInput, UsblOutcome, calibrate};
 use crate::calibrate::choices::Method;
 use crate::calibrate::quality::readable;
+use crate::calibrate::tried::{Acting, JointSaid, NamedTrial, Tried, word};
 use crate::geometry::rotation;
-use crate::procedures::usbl::joint::{JointOutcome, sought};
-use crate::procedures::usbl::simulate::{Scenario, Source, Sources, Truth, simulate_with};
-use crate::procedures::usbl::{JointConfig, ReferenceConfig, UsblInput, UsblOutcome, calibrate};
 use crate::results::{NamedParameter, NamedSource};
 
 /// A USBL scenario and how it is calibrated.

@@ -1,9 +1,9 @@
 //! A rail scenario's trials.
 
-use super::{Acting, JointSaid, NamedTrial, Tried, word};
-use crate::procedures::rail::simulate::{RailScenario, RailScenarioError, RailSource, RailSources};
-use crate::procedures::rail::trial::{RailTrial, trial_with};
-use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
+use super::simulate::{RailScenario, RailScenarioError, RailSource, RailSources};
+use super::trial::{RailTrial, trial_with};
+use super::{RailJointConfig, RailReferenceConfig};
+use crate::calibrate::tried::{Acting, JointSaid, NamedTrial, Tried, word};
 use crate::results::{NamedParameter, NamedSource};
 use crate::target::RailProfile;
 

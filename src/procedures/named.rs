@@ -1,0 +1,144 @@
+//! From the key `procedure` of a file to the procedure.
+
+use std::path::Path;
+
+use toml::de::DeTable;
+
+use super::ALL;
+use crate::calibrate::seam::{InputError, Loaded, Procedure, ScenarioRun};
+use crate::survey::document::Document;
+use crate::survey::reading::read_text;
+use crate::survey::schema::nearest;
+use crate::survey::{Problem, SurveyError};
+
+/// The key that names the procedure.
+const KEY: &str = "procedure";
+
+/// Names of all procedures, in the order of [`ALL`].
+#[must_use]
+pub fn names() -> Vec<&'static str> {
+    ALL.iter().map(|procedure| procedure.name()).collect()
+}
+
+/// The procedure of this name.
+#[must_use]
+pub fn find(name: &str) -> Option<&'static dyn Procedure> {
+    ALL.into_iter().find(|procedure| procedure.name() == name)
+}
+
+/// Reads a survey file, of whichever procedure it names.
+///
+/// # Errors
+/// [`InputError`] with everything that is wrong; a file that names no procedure or an unknown one is refused.
+pub fn read(survey: &Path) -> Result<Box<dyn Loaded>, InputError> {
+    of_file(survey)?.read(survey)
+}
+
+/// Reads a scenario file, of whichever procedure it names.
+///
+/// # Errors
+/// As [`read`].
+pub fn scenario(file: &Path) -> Result<Box<dyn ScenarioRun>, InputError> {
+    let text = read_text(file)?;
+    of_text(file, &text)?.scenario(file, &text)
+}
+
+/// The procedure that a survey or scenario file names.
+///
+/// # Errors
+/// [`SurveyError`] with the list of procedures and the nearest one; never a guess.
+pub fn of_file(file: &Path) -> Result<&'static dyn Procedure, SurveyError> {
+    of_text(file, &read_text(file)?)
+}
+
+/// As [`of_file`], for a text; `file` names it in messages.
+fn of_text(file: &Path, text: &str) -> Result<&'static dyn Procedure, SurveyError> {
+    let (root, _) = DeTable::parse_recoverable(text);
+    let value = root
+        .get_ref()
+        .get(KEY)
+        .map(|value| value.get_ref().as_str());
+    if let Some(found) = value.flatten().and_then(find) {
+        return Ok(found);
+    }
+    let document = Document::parse(file, text).map_err(|problems| SurveyError { problems })?;
+    Err(match value {
+        None => document.problem(&[KEY], "nothing", expected(None)).into(),
+        Some(None) => {
+            let found = "a value that is no text";
+            document.problem(&[KEY], found, expected(None)).into()
+        }
+        Some(Some(name)) => mistyped(&document, file, name),
+    })
+}
+
+/// An unknown name, together with everything else that is wrong with the file as the nearest procedure reads it.
+fn mistyped(document: &Document<'_>, file: &Path, name: &str) -> SurveyError {
+    let near = nearest(name, names().into_iter());
+    let found = format!("\"{name}\"");
+    let mut problems = vec![document.problem(&[KEY], found, expected(near))];
+    let read = near.and_then(find).map(|procedure| procedure.read(file));
+    if let Some(Err(InputError::Survey(error))) = read {
+        let other = |problem: &Problem| !problem.place.ends_with(KEY);
+        problems.extend(error.problems.into_iter().filter(other));
+    }
+    SurveyError { problems }
+}
+
+/// What the key should hold.
+fn expected(nearest: Option<&str>) -> String {
+    let quoted: Vec<String> = names().iter().map(|name| format!("\"{name}\"")).collect();
+    let list = quoted.join(", ");
+    match nearest {
+        Some(nearest) => format!("one of {list} (nearest: \"{nearest}\")"),
+        None => format!("one of {list}, such as the line: {KEY} = {}", quoted[0]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(text: &str) -> String {
+        match of_text(Path::new("x.toml"), text) {
+            Ok(found) => panic!("read as {}", found.name()),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn a_file_says_what_it_is_for_even_when_it_is_damaged() {
+        for procedure in ALL {
+            let text = format!(
+                "name = \"x\"\nprocedure = \"{}\"\nbroken =\n",
+                procedure.name()
+            );
+            let found = of_text(Path::new("x.toml"), &text).expect("a procedure");
+            assert_eq!(found.name(), procedure.name());
+        }
+    }
+
+    #[test]
+    fn a_missing_or_mistyped_procedure_is_never_read_as_a_pool() {
+        let missing = refused("[pass]\n");
+        assert!(
+            missing.contains("procedure: found nothing")
+                && missing.contains("procedure = \"pool\"")
+        );
+        let mistyped = refused("procedure = \"ubsl\"\n");
+        assert!(mistyped.contains("found \"ubsl\"") && mistyped.contains("nearest: \"usbl\""));
+        assert!(refused("procedure = 3\n").contains("no text"));
+        assert!(refused("broken =\n").contains("TOML"));
+    }
+
+    #[test]
+    fn names_are_unique_and_found() {
+        for name in names() {
+            assert_eq!(find(name).map(Procedure::name), Some(name));
+        }
+        let mut sorted = names();
+        sorted.sort_unstable();
+        sorted.dedup();
+        assert_eq!(sorted.len(), ALL.len());
+    }
+}

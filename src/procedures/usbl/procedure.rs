@@ -1,0 +1,291 @@
+//! The USBL calibration behind the seam: its readers, its calibration, what a check says, its errors against the truth.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use nalgebra::{Matrix3, Vector3};
+use serde_json::{Value, json};
+
+use super::simulate::{DEMO, Simulated as Survey, Truth, simulate};
+use super::survey::{LoadedUsbl, UsblScenarioFile, load, scenario, write_survey};
+use super::trials::UsblTrials;
+use super::{Layout, Scene, UsblInput, calibrate, summary};
+use crate::calibrate::choices::Method;
+use crate::calibrate::seam::{
+    Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
+    Simulated, TrueError, Uses, make_folder, provenance, read_truth,
+};
+use crate::calibrate::tried::Tried;
+use crate::geometry::rotation;
+use crate::observe::usbl::Role;
+use crate::results::{Angles, AnyResult, UsblResult, UsblTruth};
+
+/// An ultra-short baseline transducer against surveyed beacons.
+#[derive(Clone, Copy, Debug)]
+pub struct Usbl;
+
+impl Procedure for Usbl {
+    fn name(&self) -> &'static str {
+        "usbl"
+    }
+
+    fn about(&self) -> &'static str {
+        "an ultra-short baseline transducer against surveyed beacons"
+    }
+
+    fn demo(&self) -> String {
+        DEMO.to_owned()
+    }
+
+    fn uses(&self) -> Uses {
+        Uses::default()
+    }
+
+    fn read(&self, survey: &Path) -> Result<Box<dyn Loaded>, InputError> {
+        Ok(Box::new(load(survey)?))
+    }
+
+    fn scenario(&self, file: &Path, text: &str) -> Result<Box<dyn ScenarioRun>, InputError> {
+        let read = scenario::from_text(file, text)?;
+        let calibration = read.calibration(file)?;
+        Ok(Box::new(UsblRun { read, calibration }))
+    }
+}
+
+impl Loaded for LoadedUsbl {
+    fn name(&self) -> &str {
+        &self.file.name
+    }
+
+    fn calibrate(
+        &self,
+        settings: &Settings,
+        truth: Option<&Value>,
+        progress: Progress<'_>,
+    ) -> Result<Finished, InputError> {
+        let input = input(self, settings.method);
+        let truth: Option<Truth> = truth.map(read_truth).transpose()?;
+        progress("calibrating");
+        let outcome = calibrate(&input).map_err(InputError::unworkable)?;
+        progress("comparing and drawing");
+        let read = (self.fixes_read, self.fixes_dropped);
+        let provenance = provenance(&self.file, &self.inputs, settings)?;
+        let result = summary::result(&outcome, &input, read, &self.notes, provenance);
+        let samples = summary::samples(&outcome, &self.file.name, truth.as_ref().map(for_page));
+        Ok(Finished {
+            errors: truth.map_or_else(Vec::new, |truth| errors(&result, &truth)),
+            notes: result.notes.clone(),
+            result: AnyResult::Usbl(Box::new(result), Box::new(samples)),
+        })
+    }
+
+    fn check(&self, _: &Settings, _: Progress<'_>) -> Result<Checked, InputError> {
+        let scene = Scene::new(&self.campaign).map_err(InputError::unworkable)?;
+        let layout = Layout::of(&scene);
+        Ok(Checked {
+            text: in_words(self, &scene, &layout),
+            json: as_json(self, &scene, &layout),
+            determined: layout.determines_mounting(),
+        })
+    }
+}
+
+fn input(survey: &LoadedUsbl, method: Method) -> UsblInput<'_> {
+    UsblInput {
+        campaign: &survey.campaign,
+        method,
+        reference: survey.file.reference,
+        joint: survey.file.joint,
+    }
+}
+
+/// A scenario file and how its survey is calibrated.
+struct UsblRun {
+    read: UsblScenarioFile,
+    calibration: scenario::Calibration,
+}
+
+impl ScenarioRun for UsblRun {
+    fn name(&self) -> &str {
+        &self.read.scenario.name
+    }
+
+    fn seed(&self) -> u64 {
+        self.read.scenario.seed
+    }
+
+    fn write(
+        &self,
+        seed: u64,
+        folder: &Path,
+        progress: Progress<'_>,
+    ) -> Result<Simulated, InputError> {
+        progress(&format!("simulating {} with seed {seed}", self.name()));
+        let survey = simulate(&self.read.scenario, seed).map_err(InputError::unworkable)?;
+        progress(&format!("writing {}", folder.display()));
+        make_folder(folder)?;
+        write_survey(folder, &self.read, &self.calibration, &survey)?;
+        Ok(Simulated {
+            counts: counts(&survey),
+            truth: serde_json::to_value(&survey.truth)?,
+        })
+    }
+
+    fn tried(&self) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
+        Ok(Some(Box::new(UsblTrials {
+            scenario: self.read.scenario.clone(),
+            reference: self.calibration.reference,
+            joint: self.calibration.joint,
+        })))
+    }
+}
+
+fn counts(survey: &Survey) -> Vec<Count> {
+    let campaign = &survey.campaign;
+    vec![
+        Count::new("beacons", "beacons", campaign.beacons.len()),
+        Count::new("fixes", "fixes", campaign.fixes.len()),
+        Count::new(
+            "attitude_records",
+            "attitude records",
+            survey.attitude_rad.len(),
+        ),
+    ]
+}
+
+fn for_page(truth: &Truth) -> UsblTruth {
+    let c = truth.correction_deg;
+    UsblTruth {
+        rotation_matrix: truth.rotation_matrix,
+        correction_deg: Angles {
+            pitch: c.pitch,
+            roll: c.roll,
+            yaw: c.yaw,
+        },
+        transducer_m: truth.transducer_m,
+        range_scale: truth.range_scale,
+    }
+}
+
+/// Both paths' errors; the reference path takes the transducer as surveyed and ranges as they are, so it has none there.
+fn errors(result: &UsblResult, truth: &Truth) -> Vec<TrueError> {
+    let turn = |rows: Option<[[f64; 3]; 3]>| -> Option<Vector3<f64>> {
+        let found = Matrix3::from_row_iterator(rows?.into_iter().flatten());
+        Some(rotation::log(&(found * truth.rotation().transpose())).map(f64::to_degrees))
+    };
+    let reference = result.solutions.reference.as_ref();
+    let reference = reference.and_then(|r| turn(r.rotation_matrix));
+    let joint = result.solutions.joint.as_ref().filter(|j| j.usable);
+    let found = joint.and_then(|j| turn(j.rotation_matrix));
+    let place = joint.and_then(|j| j.transducer_m);
+    let scale = joint.and_then(|j| j.range_scale);
+    let sigma = |i: usize| joint.and_then(|j| j.parameters.get(i)?.standard_deviation);
+    let row = |i: usize, name: &str, unit: &str, reference, joint, factor: f64| TrueError {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        reference,
+        joint,
+        sigma: sigma(i).map(|s| s * factor),
+        joint_simple: None,
+    };
+    let angle = |(i, name)| {
+        row(
+            i,
+            name,
+            "deg",
+            reference.map(|t| t[i]),
+            found.map(|t| t[i]),
+            1.0,
+        )
+    };
+    let axis = |(i, name): (usize, &str)| {
+        let error = place.map(|p| 1e3 * (p[i] - truth.transducer_m[i]));
+        row(3 + i, &format!("transducer {name}"), "mm", None, error, 1e3)
+    };
+    let mut rows: Vec<_> = ["pitch", "roll", "yaw"]
+        .into_iter()
+        .enumerate()
+        .map(angle)
+        .collect();
+    rows.extend(["east", "north", "up"].into_iter().enumerate().map(axis));
+    let scale = scale.map(|s| 1e6 * (s - truth.range_scale));
+    rows.push(row(6, "range scale", "1e-6", None, scale, 1e6));
+    rows
+}
+
+fn in_words(survey: &LoadedUsbl, scene: &Scene, layout: &Layout) -> String {
+    let mut text = read_in_words(survey, scene.common.len());
+    let verdict = if layout.determines_mounting() {
+        "Pitch, roll and yaw of the mounting can be determined."
+    } else {
+        "The mounting cannot be determined."
+    };
+    let _ = writeln!(text, "{verdict}");
+    let words = layout.in_words();
+    if !words.is_empty() {
+        let _ = writeln!(text, "Layout: {words}.");
+    }
+    for note in &survey.notes {
+        let _ = writeln!(text, "Note: {note}.");
+    }
+    text
+}
+
+fn as_json(survey: &LoadedUsbl, scene: &Scene, layout: &Layout) -> Value {
+    json!({
+        "survey": survey.file.name,
+        "procedure": "usbl",
+        "fixes": { "read": survey.fixes_read, "common": scene.common.len(), "dropped": survey.fixes_dropped },
+        "attitude_records": survey.campaign.attitude.len(),
+        "beacons": beacons(survey),
+        "mounting_determined": layout.determines_mounting(),
+        "layout": layout.in_words(),
+        "notes": survey.notes,
+    })
+}
+
+/// Name, role, place and number of fixes of every beacon.
+fn beacons(survey: &LoadedUsbl) -> Vec<Value> {
+    let campaign = &survey.campaign;
+    let numbered = campaign.beacons.iter().enumerate();
+    numbered
+        .map(|(k, beacon)| {
+            let place: [f64; 3] = beacon.point.position_m.into();
+            json!({
+                "name": beacon.point.name,
+                "role": role(beacon.role),
+                "position_m": place,
+                "fixes": campaign.fixes.of_beacon(k as u32),
+            })
+        })
+        .collect()
+}
+
+fn role(role: Role) -> &'static str {
+    match role {
+        Role::Common => "common",
+        Role::Check => "check",
+    }
+}
+
+fn read_in_words(survey: &LoadedUsbl, common: usize) -> String {
+    let campaign = &survey.campaign;
+    let mut text = format!(
+        "{}: USBL survey, {} fixes read, {common} of common beacons, {} dropped; {} attitude records\n",
+        survey.file.name,
+        survey.fixes_read,
+        survey.fixes_dropped,
+        campaign.attitude.len()
+    );
+    for (k, beacon) in campaign.beacons.iter().enumerate() {
+        let [east, north, up]: [f64; 3] = beacon.point.position_m.into();
+        let _ = writeln!(
+            text,
+            "  {} ({}): {east:.3} east, {north:.3} north, {up:.3} up of the transducer, {} fixes",
+            beacon.point.name,
+            role(beacon.role),
+            campaign.fixes.of_beacon(k as u32)
+        );
+    }
+    text
+}
