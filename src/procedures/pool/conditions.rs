@@ -319,15 +319,15 @@ impl SoundingConditions<'_> {
 }
 
 /// A beam at its adjusted observations.
-struct AdjustedBeam {
+pub(super) struct AdjustedBeam {
     misclosure: f64,
     variance: f64,
-    partials: BeamPartials,
+    pub(super) partials: BeamPartials,
 }
 
 /// Moves range and angles onto the plane `base + in_sensor . u = 0` by least squares and linearises there:
 /// `w = f(l_adj) + B (l - l_adj)`, `m = B S B^T`.
-fn adjust_beam(
+pub(super) fn adjust_beam(
     observed: &Beam,
     noise: &crate::observe::SonarNoise,
     in_sensor: &Vector3<f64>,
@@ -481,7 +481,7 @@ impl ReturnConditions<'_> {
 }
 
 /// `S b`: how the point moves per unit of multiplier, metres squared.
-fn shift_along(
+pub(super) fn shift_along(
     noise: &crate::observe::LaserNoise,
     u: &Vector3<f64>,
     gain: &nalgebra::Vector2<f64>,

@@ -16,11 +16,11 @@
 
 use nalgebra::Vector3;
 
-use super::conditions::{MountingBlocks, motion};
+use super::conditions::{MountingBlocks, adjust_beam, motion, shift_along};
 use super::joint::Blocks;
 use super::planes::PASS_GAP_S;
 use super::scene::Scene;
-use super::ties::Tie;
+use super::ties::{Tie, return_gain};
 use crate::adjust::{Component, ParameterSet, Row, ScoreColumns, Unit};
 use crate::calibrate::verdict::Doubt;
 use crate::observe::{Mounting, PoseSample, SoundingRange};
@@ -327,17 +327,21 @@ impl<'a> Doubts<'a> {
         -(seen.normal.dot(&motion.velocity) + in_level.dot(&motion.rate))
     }
 
+    /// Everything at the adjusted beam: the measured one errs together with the misclosure, which would bias every score.
     fn sounding(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
         let tie = self.soundings[k];
         let index = tie.row as usize;
         let pose = self.scene.sounding_pose(index, self.latency_s)?;
         let beam = self.scene.beam(index, &pose, &self.mounting)?;
-        let partials = beam.partials();
+        let in_body = pose.rotation.tr_mul(&self.normals[tie.face as usize]?);
+        let in_sensor = self.mounting.rotation.tr_mul(&in_body);
+        let base = row.misclosure - in_sensor.dot(&beam.vector_m());
+        let noise = &self.scene.campaign.soundings.noise;
+        let partials = adjust_beam(&beam, noise, &in_sensor, base).partials;
         let seen = self.seen(pose, tie.face, &self.mounting, &partials.vector_m)?;
         let time_s = self.scene.campaign.soundings.time_s[index] - self.latency_s;
         let columns = &self.columns;
-        // the measured range errs together with the misclosure: without it, the adjusted one
-        let along_m = seen.in_body.dot(&seen.turned) - row.misclosure;
+        let along_m = in_sensor.dot(&partials.vector_m);
         let mut one = |column: Option<usize>, value: f64| {
             if let Some(column) = column {
                 push(column, value);
@@ -348,10 +352,10 @@ impl<'a> Doubts<'a> {
         }
         one(columns.range_scale, along_m);
         one(columns.range_offset, along_m / beam.range_m);
-        let by_angle = seen
-            .in_body
-            .dot(&(self.mounting.rotation * partials.jacobian.column(1)));
-        one(columns.angle_scale, by_angle * beam.across_rad);
+        one(
+            columns.angle_scale,
+            in_sensor.dot(&partials.jacobian.column(1)) * beam.across_rad,
+        );
         if columns.gradient.is_some() {
             let depth_m = -(pose.rotation * seen.turned).z / 2.0;
             one(columns.gradient, along_m * depth_m / 10.0);
@@ -374,15 +378,20 @@ impl<'a> Doubts<'a> {
             return Some(());
         }
         let pose = self.scene.return_pose(index)?;
-        let u_m = self.scene.campaign.laser.point(index);
+        let raw_m = self.scene.campaign.laser.point(index);
+        let noise = &self.scene.campaign.laser.noise;
+        let in_body = pose.rotation.tr_mul(&self.normals[tie.face as usize]?);
+        let in_sensor = self.scanner.rotation.tr_mul(&in_body);
+        let gain = return_gain(noise, &raw_m, &in_sensor);
+        let by = row.misclosure / gain.norm_squared();
+        let u_m = raw_m - shift_along(noise, &raw_m, &gain) * by;
         let seen = self.seen(pose, tie.face, &self.scanner, &u_m)?;
         let time_s = self.scene.campaign.laser.time_s[index];
         if let Some(column) = self.columns.returns_latency {
             push(column, self.late(&seen, time_s));
         }
         if let Some(column) = self.columns.returns_range {
-            let along_m = seen.in_body.dot(&seen.turned) - row.misclosure;
-            push(column, along_m / u_m.norm().max(1e-9));
+            push(column, in_sensor.dot(&u_m) / u_m.norm().max(1e-9));
         }
         if let Some(first) = self.columns.scanner {
             push_three(Some(first), &seen.turned.cross(&seen.in_body), push);
