@@ -31,6 +31,7 @@ pub mod georef;
 pub mod matching;
 pub mod observe;
 pub mod procedures;
+pub mod recorders;
 pub mod report;
 pub mod results;
 pub mod ruled;

@@ -298,3 +298,109 @@ fn parquet_left_out_of_the_program_is_said() {
     assert_eq!(error.kind, FaultKind::UnknownFormat);
     assert!(error.to_string().contains("--features parquet"), "{error}");
 }
+
+/// Bytes that no reader may take for a file of its own: nothing, noise, text, a header without rows.
+fn damaged_contents() -> Vec<(&'static str, Vec<u8>)> {
+    let noise = (0..4096u32).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8);
+    vec![
+        ("nothing", vec![]),
+        ("one byte", b"x".to_vec()),
+        ("noise", noise.collect()),
+        ("words", b"no,such,columns\n1,2,3\n".to_vec()),
+        ("zeros", vec![0; 1000]),
+    ]
+}
+
+#[test]
+fn no_reader_of_the_table_takes_what_is_no_file_of_its_own() {
+    let folder = tempfile::tempdir().expect("folder");
+    for format in formats::FORMATS {
+        for extension in format.extensions {
+            for (what, bytes) in damaged_contents() {
+                let path = folder.path().join(format!("file.{extension}"));
+                std::fs::write(&path, [format.magic, &bytes].concat()).expect("written");
+                for reader in format.readers {
+                    let error = reader.probe(&path);
+                    let error = error.expect_err(&format!("{} took {what}", format.name));
+                    assert_eq!(error.file, path, "{error}");
+                    assert!(
+                        !error.found.is_empty() && !error.expected.is_empty(),
+                        "{error}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_reader_of_the_table_names_a_missing_file_and_a_folder() {
+    let folder = tempfile::tempdir().expect("folder");
+    let missing = folder.path().join("missing.csv");
+    for format in formats::FORMATS {
+        for reader in format.readers {
+            for path in [folder.path(), &missing] {
+                let error = reader.probe(path).expect_err("no file");
+                let kinds = [FaultKind::Unreadable, FaultKind::UnknownFormat];
+                assert!(kinds.contains(&error.kind), "{}: {error}", format.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_stream_and_an_extension_lead_to_one_format() {
+    for (k, format) in formats::FORMATS.iter().enumerate() {
+        assert!(!format.readers.is_empty() && !format.extensions.is_empty());
+        for other in &formats::FORMATS[k + 1..] {
+            let same_stream = format
+                .readers
+                .iter()
+                .any(|a| other.readers.iter().any(|b| a.stream() == b.stream()));
+            let same_end = format
+                .extensions
+                .iter()
+                .any(|e| other.extensions.contains(e));
+            let both = format!("{} and {}", format.name, other.name);
+            assert!(!(same_stream && same_end), "{both}");
+        }
+    }
+}
+
+#[test]
+fn an_unknown_extension_is_told_by_the_content_or_answered_with_the_table() {
+    let folder = tempfile::tempdir().expect("folder");
+    let cloud = folder.path().join("cloud.laz");
+    let scan = LaserScan {
+        time_s: vec![1.0],
+        x_m: vec![2.0],
+        y_m: vec![3.0],
+        z_m: vec![4.0],
+        coordinates: LaserCoordinates::Sensor,
+        noise: LaserNoise {
+            range_m: 0.0,
+            angle_rad: 0.0,
+            point_m: 0.0,
+        },
+    };
+    las::write(&cloud, &scan).expect("written");
+    let renamed = folder.path().join("cloud.points");
+    std::fs::copy(&cloud, &renamed).expect("copied");
+    assert_eq!(formats::read_laser(&renamed).expect("a LAZ").time_s, [1.0]);
+    let error = formats::read_trajectory(&renamed).expect_err("no trajectory");
+    assert_eq!(error.kind, FaultKind::UnknownFormat);
+    let said = error.to_string();
+    for part in ["a file of format LAS, LAZ", ".out or .sbet (SBET)"] {
+        assert!(said.contains(part), "{said}");
+    }
+}
+
+#[test]
+fn the_page_of_formats_is_the_table() {
+    let page = include_str!("../docs/formats.md");
+    let table = formats::registry::markdown();
+    assert!(
+        page.contains(&table),
+        "docs/formats.md should hold\n{table}"
+    );
+}

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 /// Floor of every top-level module; the table of the architecture page.
-const FLOORS: [(&str, u8); 20] = [
+const FLOORS: [(&str, u8); 21] = [
     ("ruled", 0),
     ("units", 0),
     ("stats", 0),
@@ -16,6 +16,7 @@ const FLOORS: [(&str, u8); 20] = [
     ("formats", 4),
     ("georef", 4),
     ("target", 5),
+    ("recorders", 5),
     ("matching", 5),
     ("simulate", 5),
     ("results", 6),

@@ -53,6 +53,26 @@ fn calibrated<'a>(
     })
 }
 
+/// The second profiler's four last parameters were left out.
+#[test]
+fn an_undetected_error_has_its_effect_on_every_profiler() {
+    let survey = simulate(&thin(), &chn60(), 1).expect("a survey");
+    let (rail, configs) = (chn60(), Default::default());
+    let outcome = calibrated(&survey.campaign, &rail, &configs);
+    let joint = outcome
+        .joint
+        .as_ref()
+        .expect("ran")
+        .as_ref()
+        .expect("solved");
+    let effects = &joint.quality.effects;
+    assert_eq!(effects.len(), joint.blocks.sought());
+    assert!(
+        effects.len() > 6 && effects.iter().all(|e| e.size > 0.0),
+        "{effects:?}"
+    );
+}
+
 /// At zero lever arm and level attitude the mapping is mathematics section 8: `(x, z) = [[R11, R13], [R31, R33]] (s, t) + offset`.
 #[test]
 fn an_inclined_plane_cuts_the_rail_as_the_rotation_says() {

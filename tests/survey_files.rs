@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use boresight::geometry::Ellipsoid;
+use boresight::geometry::utm::Utm;
 use boresight::georef::local_trajectory;
 use boresight::observe::{
     LaserCoordinates, Outside, PositionInterpolation, SoundSpeed, SoundingRange,
@@ -126,7 +128,7 @@ fn a_survey_with_an_sbet_whose_velocities_are_those_of_its_positions() {
         .as_ref()
         .expect("velocities");
     let local = local_trajectory(&s.campaign.trajectory, &s.pose).trajectory;
-    assert_eq!(local.interpolation(), PositionInterpolation::Cubic);
+    assert_eq!(local.interpolation(), PositionInterpolation::Curved);
     // east and north from the recorded velocity against the positions one second apart
     let (a, b) = (&s.campaign.trajectory, 10);
     let north = (a.latitude_rad[b] - a.latitude_rad[0]) * 6.36e6;
@@ -294,15 +296,12 @@ fn georeferenced_points_need_their_frame_and_sigma_only() {
     )
     .expect("write");
     let s = survey(folder.path());
-    assert_eq!(
-        s.campaign.laser.coordinates,
-        LaserCoordinates::Utm { zone: 51 }
-    );
+    assert_eq!(s.campaign.laser.coordinates, LaserCoordinates::Geocentric);
     assert_eq!(s.campaign.laser.noise.point_m, 0.01);
-    assert_eq!(
-        s.campaign.laser.point(0).as_slice(),
-        [247000.5, 3987000.25, 17.0]
-    );
+    let zone = Utm::new(Ellipsoid::Wgs84, 51).expect("a zone");
+    let place = zone.to_geodetic(247_000.5, 3_987_000.25, 17.0);
+    let point = Ellipsoid::Wgs84.to_geocentric(&place.expect("in the zone"));
+    assert!((s.campaign.laser.point(0) - point.coordinates).norm() < 1e-8);
 }
 
 #[test]

@@ -45,6 +45,21 @@ fn errors(outcome: &UsblOutcome, survey: &Simulated) -> [f64; SOUGHT] {
     [turn.x, turn.y, turn.z, place.x, place.y, place.z, scale]
 }
 
+/// The seventh parameter, the range scale, was left out.
+#[test]
+fn an_undetected_error_has_its_effect_on_every_parameter_sought() {
+    let survey = simulate(&thin(), 1).expect("a survey");
+    let outcome = calibrated(&survey.campaign);
+    let joint = outcome.joint.as_ref().expect("a joint outcome");
+    let quality = &joint.judgement.as_ref().expect("a judgement").quality;
+    assert!(quality.worst.iter().all(|w| w.effects.len() == SOUGHT));
+    assert!(
+        quality.effects.iter().all(|e| e.size > 0.0),
+        "{:?}",
+        quality.effects
+    );
+}
+
 /// Simulator (Runge-Kutta) and calibration (arcs) share no ray: without errors both find the truth to the integrator's accuracy.
 #[test]
 fn without_errors_both_paths_find_the_truth() {

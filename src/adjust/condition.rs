@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::chain::{ChainState, VISIBLE};
 use super::parameters::ParameterSet;
 
-/// Largest number of parameter columns of one condition.
+/// Largest number of parameter columns of one condition; one with more is refused by name ([`super::AdjustError::TooManyColumns`]).
 pub const MAX_COLUMNS: usize = 32;
 
 /// How a condition sees the chain: `weight0 y_k + weight1 y_(k+1)` at interval `k`, through its derivatives by `y`.
@@ -35,7 +35,8 @@ pub struct Row {
     pub variance: f64,
     /// Derivatives by the chain, for conditions that see it.
     pub chain: Option<ChainRow>,
-    count: usize,
+    /// Columns asked for, of which the first [`MAX_COLUMNS`] are kept.
+    asked: usize,
     columns: [u16; MAX_COLUMNS],
     values: [f64; MAX_COLUMNS],
 }
@@ -47,7 +48,7 @@ impl Default for Row {
             misclosure: f64::NAN,
             variance: f64::NAN,
             chain: None,
-            count: 0,
+            asked: 0,
             columns,
             values,
         }
@@ -60,20 +61,24 @@ impl Row {
         self.misclosure = f64::NAN;
         self.variance = f64::NAN;
         self.chain = None;
-        self.count = 0;
+        self.asked = 0;
     }
 
-    /// Appends one derivative by the parameter column `column` (a column may appear once). Entries beyond [`MAX_COLUMNS`]
-    /// poison the misclosure.
+    /// Appends one derivative by the parameter column `column` (a column may appear once). A row that is asked for more than
+    /// [`MAX_COLUMNS`] is refused when it is used.
     #[inline]
     pub fn push(&mut self, column: usize, value: f64) {
-        if self.count == MAX_COLUMNS {
-            self.misclosure = f64::NAN;
-            return;
+        if self.asked < MAX_COLUMNS {
+            self.columns[self.asked] = column as u16;
+            self.values[self.asked] = value;
         }
-        self.columns[self.count] = column as u16;
-        self.values[self.count] = value;
-        self.count += 1;
+        self.asked += 1;
+    }
+
+    /// Columns that were asked for; beyond [`MAX_COLUMNS`] the row does not hold them all.
+    #[inline]
+    pub fn asked(&self) -> usize {
+        self.asked
     }
 
     /// Appends derivatives by consecutive columns.
@@ -87,13 +92,13 @@ impl Row {
     /// Columns with derivatives.
     #[inline]
     pub fn columns(&self) -> &[u16] {
-        &self.columns[..self.count]
+        &self.columns[..self.asked.min(MAX_COLUMNS)]
     }
 
     /// Derivatives, beside [`Row::columns`].
     #[inline]
     pub fn values(&self) -> &[f64] {
-        &self.values[..self.count]
+        &self.values[..self.asked.min(MAX_COLUMNS)]
     }
 }
 

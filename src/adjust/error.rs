@@ -89,11 +89,19 @@ pub enum AdjustError {
         /// Free columns.
         unknowns: usize,
     },
-    /// The driver that turns the iterations failed.
-    #[error("the driver of the iterations failed: {message}")]
-    Driver {
-        /// What it said.
-        message: String,
+    /// A condition depends on more parameters than a row holds.
+    #[error(
+        "condition {condition} of set {set}: {found} parameter columns, expected at most {most}"
+    )]
+    TooManyColumns {
+        /// Index of the set of conditions in the problem.
+        set: usize,
+        /// Index of the condition in its set.
+        condition: usize,
+        /// Columns of the condition.
+        found: usize,
+        /// Columns that a row holds.
+        most: usize,
     },
     /// A probability outside (0, 1).
     #[error("{what} is {found}, expected a probability strictly between 0 and 1")]

@@ -1,4 +1,4 @@
-//! Influence of single conditions and priors on the leading parameters: what an error of one of them does to the estimate.
+//! Influence of single conditions and priors on the parameters sought: what an error of one of them does to the estimate.
 //!
 //! A small error `eps` of condition k moves its misclosure by `eps` and so the estimate by `dx = -(N^-1 A^T M^-1)_k eps`: the
 //! column of the generalised inverse that the adjustment itself applies (Baarda 1968, external reliability; Hampel et al.,
@@ -12,11 +12,9 @@ use rayon::prelude::*;
 
 use super::condition::Row;
 use super::error::AdjustError;
-use super::parameters::PriorRow;
 use super::partition::{chunks, conditions_of, sees_chain, windows};
 use super::pass::Pass;
-use super::problem::Problem;
-use super::reliability::LEADING;
+use super::problem::{Problem, Source};
 use super::selected::{Backward, Covariances};
 use super::solve::Solution;
 
@@ -25,13 +23,14 @@ const CHUNK: usize = 4096;
 /// Windows of the chain at a time.
 const BATCH: usize = 16;
 
-/// Derivatives of the first [`LEADING`] parameter columns by the errors of conditions and priors.
+/// Derivatives of the columns sought ([`super::ParameterSet::sought_columns`], the rows here) by the errors of conditions and
+/// priors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Influence {
-    /// Per set and condition: per unit of the condition; zero for conditions that do not take part.
-    pub conditions: Vec<Vec<[f64; LEADING]>>,
-    /// Per whitened row of the priors ([`super::ParameterSet::prior_rows`]): per sigma.
-    pub priors: Vec<[f64; LEADING]>,
+    /// Per set, a column per condition: per unit of the condition; zero for conditions that do not take part.
+    pub conditions: Vec<DMatrix<f64>>,
+    /// A column per whitened row of the priors ([`super::ParameterSet::prior_rows`]): per sigma.
+    pub priors: DMatrix<f64>,
 }
 
 /// Influence of every condition and prior at a solution, with the weights of its last linearisation.
@@ -46,30 +45,29 @@ pub fn influence(problem: &Problem, solution: &Solution) -> Result<Influence, Ad
             weighting: solution.weighting,
         },
         cofactor: &solution.cofactor,
+        sought: solution.estimate.parameters.sought_columns(),
     };
-    let mut conditions: Vec<_> = problem
-        .sources
-        .iter()
-        .map(|source| vec![[0.0; LEADING]; source.conditions.len()])
-        .collect();
+    let zeros = |source: &Source| DMatrix::zeros(reader.sought.len(), source.conditions.len());
+    let mut conditions: Vec<_> = problem.sources.iter().map(zeros).collect();
     reader.without_chain(&mut conditions)?;
     reader.with_chain(solution, &mut conditions)?;
     Ok(Influence {
         conditions,
-        priors: of_priors(solution)?,
+        priors: reader.of_priors()?,
     })
 }
 
 /// Influences of a range of one set.
-type Part = (usize, Range<usize>, Vec<[f64; LEADING]>);
+type Part = (usize, Range<usize>, DMatrix<f64>);
 
 struct Reader<'a> {
     pass: Pass<'a>,
     cofactor: &'a DMatrix<f64>,
+    sought: Vec<usize>,
 }
 
 impl Reader<'_> {
-    fn without_chain(&self, out: &mut [Vec<[f64; LEADING]>]) -> Result<(), AdjustError> {
+    fn without_chain(&self, out: &mut [DMatrix<f64>]) -> Result<(), AdjustError> {
         let problem = self.pass.problem;
         let chunks = chunks(problem, CHUNK, |set| {
             problem.chain.is_none() || !sees_chain(problem, set)
@@ -82,11 +80,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn with_chain(
-        &self,
-        solution: &Solution,
-        out: &mut [Vec<[f64; LEADING]>],
-    ) -> Result<(), AdjustError> {
+    fn with_chain(&self, solution: &Solution, out: &mut [DMatrix<f64>]) -> Result<(), AdjustError> {
         let parameters = &solution.estimate.parameters;
         let (free, inner) = (
             parameters.free_columns(),
@@ -133,51 +127,50 @@ impl Reader<'_> {
         range: Range<usize>,
         window: Option<&Covariances>,
     ) -> Result<Part, AdjustError> {
-        let mut part = vec![[0.0; LEADING]; range.len()];
+        let mut part = DMatrix::zeros(self.sought.len(), range.len());
         self.pass.visit(set, range.clone(), |weighted| {
-            let gain = self.gain(weighted.row, window);
-            part[weighted.condition - range.start] = gain.map(|g| -weighted.weight * g);
+            let mut gain = part.column_mut(weighted.condition - range.start);
+            self.add_gain(weighted.row, window, gain.as_mut_slice());
+            gain *= -weighted.weight;
         })?;
         Ok((set, range, part))
     }
 
-    fn gain(&self, row: &Row, window: Option<&Covariances>) -> [f64; LEADING] {
-        let mut gain = [0.0; LEADING];
+    fn add_gain(&self, row: &Row, window: Option<&Covariances>, gain: &mut [f64]) {
         for (column, value) in row.columns().iter().zip(row.values()) {
-            add(&mut gain, *value, self.cofactor, usize::from(*column));
+            self.add(gain, *value, usize::from(*column));
         }
         if let (Some(chain), Some(window)) = (&row.chain, window) {
-            let leading = gain.iter_mut().take(self.cofactor.ncols());
-            leading
-                .enumerate()
-                .for_each(|(i, g)| *g += window.with_column(chain, i));
+            for (gain, column) in gain.iter_mut().zip(&self.sought) {
+                *gain += window.with_column(chain, *column);
+            }
         }
-        gain
+    }
+
+    /// Adds a multiple of a column of cofactors.
+    fn add(&self, gain: &mut [f64], factor: f64, column: usize) {
+        for (gain, sought) in gain.iter_mut().zip(&self.sought) {
+            *gain += factor * self.cofactor[(*sought, column)];
+        }
+    }
+
+    /// `-Q J^T` of the whitened rows J of the priors.
+    fn of_priors(&self) -> Result<DMatrix<f64>, AdjustError> {
+        let rows = self.pass.at.parameters.prior_rows()?;
+        let mut all = DMatrix::zeros(self.sought.len(), rows.len());
+        for (mut gain, row) in all.column_iter_mut().zip(&rows) {
+            for (i, derivative) in row.derivatives.iter().enumerate() {
+                self.add(gain.as_mut_slice(), -derivative, row.column + i);
+            }
+        }
+        Ok(all)
     }
 }
 
-fn keep((set, range, part): Part, out: &mut [Vec<[f64; LEADING]>]) {
-    out[set][range].copy_from_slice(&part);
-}
-
-/// Adds a multiple of a column of cofactors.
-fn add(gain: &mut [f64; LEADING], factor: f64, cofactor: &DMatrix<f64>, column: usize) {
-    gain.iter_mut()
-        .zip(cofactor.column(column).as_slice())
-        .for_each(|(g, q)| *g += factor * q);
-}
-
-/// `-Q J^T` of the whitened rows J of the priors.
-fn of_priors(solution: &Solution) -> Result<Vec<[f64; LEADING]>, AdjustError> {
-    let rows = solution.estimate.parameters.prior_rows()?;
-    let one = |row: &PriorRow| {
-        let mut gain = [0.0; LEADING];
-        for (i, derivative) in row.derivatives.iter().enumerate() {
-            add(&mut gain, -derivative, &solution.cofactor, row.column + i);
-        }
-        gain
-    };
-    Ok(rows.iter().map(one).collect())
+fn keep((set, range, part): Part, out: &mut [DMatrix<f64>]) {
+    out[set]
+        .columns_mut(range.start, range.len())
+        .copy_from(&part);
 }
 
 #[cfg(test)]
@@ -210,7 +203,7 @@ mod tests {
     /// Columns of the first four parameters by the visible quantities of every epoch.
     fn by_epoch(toy: &Toy, found: &Influence) -> Vec<[[f64; VISIBLE]; GLOBALS]> {
         let mut epochs = vec![[[0.0; VISIBLE]; GLOBALS]; toy.model.epochs()];
-        for (row, c) in toy.rows.iter().zip(&found.conditions[0]) {
+        for (row, c) in toy.rows.iter().zip(found.conditions[0].column_iter()) {
             for (epoch, weight) in [(0, row.weight0), (1, 1.0 - row.weight0)] {
                 let sums = &mut epochs[row.interval as usize + epoch];
                 for (i, sum) in sums.iter_mut().enumerate() {
@@ -234,10 +227,10 @@ mod tests {
         let mut add = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64, factor: f64| {
             sum += Matrix4::from_fn(|i, j| factor * a(i) * b(j));
         };
-        for (row, c) in toy.rows.iter().zip(&found.conditions[0]) {
+        for (row, c) in toy.rows.iter().zip(found.conditions[0].column_iter()) {
             add(&|i| c[i], &|j| c[j], row.variance);
         }
-        for p in &found.priors {
+        for p in found.priors.column_iter() {
             add(&|i| p[i], &|j| p[j], 1.0);
         }
         let epochs = by_epoch(&toy, &found);
@@ -284,7 +277,10 @@ mod tests {
             toy.rows[k].observed += 0.01;
             for i in 0..GLOBALS {
                 let moved = (after[i] - before[i]) / 0.01;
-                assert!((moved - found.conditions[0][k][i]).abs() < 1e-9, "{k} {i}");
+                assert!(
+                    (moved - found.conditions[0][(i, k)]).abs() < 1e-9,
+                    "{k} {i}"
+                );
             }
         }
     }
@@ -310,13 +306,13 @@ mod tests {
         let n = rows.0[0].0.len();
         let mut set = ParameterSet::new();
         let names = (0..n).map(|i| Component::new(format!("x{i}"), Unit::Metre));
-        set.push(Block::euclidean("x", names.collect(), &vec![0.0; n]))
+        set.push(Block::euclidean("x", names.collect(), &vec![0.0; n]).sought())
             .unwrap();
         let problem = Problem::dense(vec![Source::new(rows)]);
         let solution = solve(&problem, Estimate::new(set), &tight()).unwrap();
         let found = influence(&problem, &solution).unwrap();
         let mut sum = DMatrix::zeros(n, n);
-        for (c, row) in found.conditions[0].iter().zip(&rows.0) {
+        for (c, row) in found.conditions[0].column_iter().zip(&rows.0) {
             sum += DMatrix::from_fn(n, n, |i, j| c[i] * c[j] * row.1 * row.1);
         }
         sum

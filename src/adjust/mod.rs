@@ -4,7 +4,6 @@
 //! [`Solution`]; [`assess`] judges it.
 
 mod accumulate;
-mod argmin_driver;
 mod chain;
 mod chart;
 mod condition;
@@ -35,7 +34,6 @@ mod spectrum;
 #[cfg(test)]
 mod toys;
 
-pub use argmin_driver::{Progress, solve_observed};
 pub use chain::{ChainModel, ChainState, Process, ProcessKind, VISIBLE};
 pub use chart::{Chart, tangent_basis};
 pub use condition::{ChainRow, Conditions, MAX_COLUMNS, Row};
@@ -52,6 +50,6 @@ pub use quality::{
     ConditionTest, GlobalTest, Quality, QualityOptions, assess, condition_test, correlation,
 };
 pub use refine::{Snooped, VarianceComponent, VarianceComponents, snoop, variance_components};
-pub use reliability::{ConditionQuality, Effect, GroupQuality, LEADING};
+pub use reliability::{ConditionQuality, Effect, GroupQuality};
 pub use score::{Score, ScoreColumns, ScoreOptions, Scores, Suspect, score_tests};
 pub use solve::{Solution, solve};

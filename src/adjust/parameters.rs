@@ -61,6 +61,8 @@ pub struct Block {
     pub prior: Option<Prior>,
     /// Per tangent component: true keeps it at its value.
     pub held: Vec<bool>,
+    /// Whether it is what the adjustment is made for: figures of single conditions are given for the blocks sought.
+    pub sought: bool,
 }
 
 impl Block {
@@ -108,6 +110,7 @@ impl Block {
             value,
             prior: None,
             held,
+            sought: false,
         }
     }
 
@@ -122,6 +125,13 @@ impl Block {
     #[must_use]
     pub fn held(mut self) -> Self {
         self.held.fill(true);
+        self
+    }
+
+    /// The same block, marked as one that the adjustment is made for.
+    #[must_use]
+    pub fn sought(mut self) -> Self {
+        self.sought = true;
         self
     }
 
@@ -203,7 +213,7 @@ impl ParameterSet {
         &self.blocks[id.0]
     }
 
-    /// One block, to change its value, prior or held flags (not its sizes).
+    /// One block, to change its value, prior or flags (not its sizes).
     pub fn block_mut(&mut self, id: BlockId) -> &mut Block {
         &mut self.blocks[id.0]
     }
@@ -248,6 +258,21 @@ impl ParameterSet {
             .filter(|(_, held)| !**held)
             .map(|(column, _)| column)
             .collect()
+    }
+
+    /// Columns of the blocks sought, in order; held ones too.
+    pub fn sought_columns(&self) -> Vec<usize> {
+        let blocks = self.blocks.iter().zip(&self.offsets);
+        blocks
+            .filter(|(block, _)| block.sought)
+            .flat_map(|(block, offset)| *offset..offset + block.components.len())
+            .collect()
+    }
+
+    /// Name and unit of every column sought.
+    pub fn sought(&self) -> impl Iterator<Item = &Component> {
+        let blocks = self.blocks.iter().filter(|block| block.sought);
+        blocks.flat_map(|block| &block.components)
     }
 
     /// Name and unit of every column.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::condition::Row;
+use super::condition::{MAX_COLUMNS, Row};
 use super::error::AdjustError;
 use super::kernel::Kernel;
 use super::problem::{Estimate, Problem};
@@ -141,8 +141,8 @@ impl Pass<'_> {
                 .component(self.problem.sources[set].conditions.group(condition));
         }
         let r = row.misclosure / variance.sqrt();
-        if !(r.is_finite() && variance > 0.0) {
-            return Err(fault(set, condition, row.misclosure, variance));
+        if !(r.is_finite() && variance > 0.0 && row.asked() <= MAX_COLUMNS) {
+            return Err(fault(set, condition, row, variance));
         }
         let kernel_weight = self.weighting.weight(r);
         tally.count(self.weighting.kernel(), r, kernel_weight);
@@ -155,13 +155,21 @@ impl Pass<'_> {
     }
 }
 
-fn fault(set: usize, condition: usize, misclosure: f64, variance: f64) -> AdjustError {
-    if !misclosure.is_finite() {
+fn fault(set: usize, condition: usize, row: &Row, variance: f64) -> AdjustError {
+    if row.asked() > MAX_COLUMNS {
+        return AdjustError::TooManyColumns {
+            set,
+            condition,
+            found: row.asked(),
+            most: MAX_COLUMNS,
+        };
+    }
+    if !row.misclosure.is_finite() {
         return AdjustError::NotFinite {
             set,
             condition,
             what: "misclosure",
-            found: misclosure,
+            found: row.misclosure,
         };
     }
     AdjustError::BadVariance {

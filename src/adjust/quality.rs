@@ -8,7 +8,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::error::AdjustError;
 use super::problem::Problem;
-use super::reliability::{ConditionQuality, Effect, GroupQuality, LEADING, survey};
+use super::reliability::{ConditionQuality, Effect, GroupQuality, survey};
 use super::solve::{Solution, redundancy};
 
 /// What to judge with.
@@ -86,9 +86,9 @@ pub struct Quality {
     pub cells: Vec<GroupQuality>,
     /// Conditions with the largest normalised residuals, worst first.
     pub worst: Vec<ConditionQuality>,
-    /// Per leading column: largest effect of an undetected bias of one condition, per unit of non-centrality (times a test's
+    /// Per column sought: largest effect of an undetected bias of one condition, per unit of non-centrality (times a test's
     /// `delta0`).
-    pub effects: [Effect; LEADING],
+    pub effects: Vec<Effect>,
     /// Correlation of all columns; zero rows for held ones.
     pub correlation: DMatrix<f64>,
 }
@@ -283,6 +283,97 @@ mod tests {
             (value(&after) - value(&before)).abs(),
             4.13 * effect.size,
             max_relative = 1e-6
+        );
+    }
+
+    /// Observations of one number each, all of one sigma.
+    struct Numbers(Vec<Vec<f64>>);
+
+    impl Conditions for Numbers {
+        fn len(&self) -> usize {
+            self.0.iter().map(Vec::len).sum()
+        }
+
+        fn linearise(&self, k: usize, x: &ParameterSet, _: Option<&ChainState>, row: &mut Row) {
+            let each = self.0[0].len();
+            let (parameter, place) = (k / each, k % each);
+            row.misclosure = x.blocks()[parameter].value[0] - self.0[parameter][place];
+            row.variance = 0.04;
+            row.extend(parameter, &[1.0]);
+        }
+    }
+
+    /// Nine numbers observed four times each; the even ones are sought.
+    fn nine() -> ParameterSet {
+        let mut set = ParameterSet::new();
+        for i in 0..9 {
+            let name = format!("x{i}");
+            let component = Component::new(name.clone(), Unit::Metre);
+            let block = Block::euclidean(name, vec![component], &[0.0]);
+            set.push(if i % 2 == 0 { block.sought() } else { block })
+                .unwrap();
+        }
+        set
+    }
+
+    /// Only the first six columns were ever given.
+    #[test]
+    fn every_parameter_sought_has_its_effect_and_no_other() {
+        let numbers = Numbers((0..9).map(|i| vec![f64::from(i); 4]).collect());
+        let problem = Problem::dense(vec![Source::new(&numbers)]);
+        let solution = solve(&problem, Estimate::new(nine()), &tight()).unwrap();
+        let quality = assess(&problem, &solution, &all(36)).unwrap();
+        assert_eq!(quality.effects.len(), 5);
+        // a mean of four: an undetected bias of delta0 sigma / sqrt(3/4) moves it by a quarter
+        let expected = 0.2 / 0.75f64.sqrt() / 4.0;
+        for effect in &quality.effects {
+            assert_relative_eq!(effect.size, expected, max_relative = 1e-9);
+        }
+        for one in &quality.worst {
+            let parameter = one.condition / 4;
+            for (i, effect) in one.effects.iter().enumerate() {
+                let own = if 2 * i == parameter { expected } else { 0.0 };
+                assert_abs_diff_eq!(effect.abs(), own, epsilon = 1e-12);
+            }
+        }
+        let found = influence(&problem, &solution).unwrap();
+        assert_eq!(found.conditions[0].shape(), (5, 36));
+        assert_relative_eq!(found.conditions[0][(4, 35)], -0.25, max_relative = 1e-9);
+    }
+
+    /// A condition of more columns than a row holds.
+    struct Wide(usize);
+
+    impl Conditions for Wide {
+        fn len(&self) -> usize {
+            2 * self.0
+        }
+
+        fn linearise(&self, k: usize, x: &ParameterSet, _: Option<&ChainState>, row: &mut Row) {
+            for (column, value) in x.blocks()[0].value.iter().enumerate() {
+                row.push(column, 1.0 + (k * column % 7) as f64 + 0.0 * value);
+            }
+            (row.misclosure, row.variance) = (1.0, 1.0);
+        }
+    }
+
+    #[test]
+    fn a_condition_of_too_many_columns_is_refused_by_name() {
+        let columns = MAX_COLUMNS + 1;
+        let names = (0..columns).map(|i| Component::new(format!("x{i}"), Unit::One));
+        let mut set = ParameterSet::new();
+        let block = Block::euclidean("x", names.collect(), &vec![0.0; columns]);
+        set.push(block).unwrap();
+        let wide = Wide(columns);
+        let error = solve(
+            &Problem::dense(vec![Source::new(&wide)]),
+            Estimate::new(set),
+            &tight(),
+        )
+        .unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "condition 0 of set 0: 25 parameter columns, expected at most 24"
         );
     }
 

@@ -22,11 +22,8 @@ const BATCH: usize = 16;
 /// Redundancy below which a condition is uncontrolled and its normalised residual meaningless.
 const CONTROLLED: f64 = 1e-6;
 
-/// Parameter columns whose effects are kept for every listed condition: callers put what they seek first.
-pub const LEADING: usize = 6;
-
 /// Figures of one condition.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ConditionQuality {
     /// Set of conditions.
     pub set: usize,
@@ -42,9 +39,9 @@ pub struct ConditionQuality {
     pub redundancy: f64,
     /// Residual over its own standard deviation, `w / (sigma sqrt r)`; zero where it is uncontrolled.
     pub normalised: f64,
-    /// Effect of a bias of this condition that just escapes a test with non-centrality one on the first [`LEADING`] parameter
-    /// columns, each in its own unit.
-    pub effects: [f64; LEADING],
+    /// Effect of a bias of this condition that just escapes a test with non-centrality one on the columns sought
+    /// ([`super::ParameterSet::sought_columns`]), each in its own unit.
+    pub effects: Vec<f64>,
 }
 
 impl ConditionQuality {
@@ -92,24 +89,29 @@ pub struct Effect {
 }
 
 /// What one pass over the conditions finds.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Survey {
     pub groups: Vec<GroupQuality>,
     pub cells: Vec<GroupQuality>,
     pub worst: Vec<ConditionQuality>,
-    /// Of the leading columns.
-    pub effects: [Effect; LEADING],
-}
-
-/// A condition's prediction from parameters and states.
-struct Predicted {
-    variance: f64,
-    /// Its cofactors with the leading columns.
-    gain: [f64; LEADING],
+    /// Of the columns sought.
+    pub effects: Vec<Effect>,
+    /// Normalised residual, without sign, below which nothing is ranked any more.
+    floor: f64,
 }
 
 impl Survey {
-    fn count(&mut self, one: &ConditionQuality, cell: u16, kernel: Kernel) {
+    fn new(sought: usize) -> Self {
+        Survey {
+            groups: vec![],
+            cells: vec![],
+            worst: vec![],
+            effects: vec![Effect::default(); sought],
+            floor: 0.0,
+        }
+    }
+
+    fn count(&mut self, one: &ConditionQuality, cell: u16, effects: &[f64], kernel: Kernel) {
         let r = one.residual / one.sigma;
         let alone = GroupQuality {
             group: one.group,
@@ -121,7 +123,7 @@ impl Survey {
         };
         add_group(numbered(&mut self.groups, usize::from(one.group)), &alone);
         add_group(numbered(&mut self.cells, usize::from(cell)), &alone);
-        for (largest, effect) in self.effects.iter_mut().zip(one.effects) {
+        for (largest, effect) in self.effects.iter_mut().zip(effects) {
             if effect.abs() > largest.size {
                 *largest = Effect {
                     size: effect.abs(),
@@ -133,7 +135,11 @@ impl Survey {
     }
 
     /// Keeps the `keep` worst.
-    fn rank(&mut self, one: ConditionQuality, keep: usize) {
+    fn rank(&mut self, mut one: ConditionQuality, effects: &[f64], keep: usize) {
+        if one.normalised.abs() < self.floor {
+            return;
+        }
+        one.effects = effects.to_vec();
         self.worst.push(one);
         if self.worst.len() >= 2 * keep + 64 {
             self.cut(keep);
@@ -143,6 +149,9 @@ impl Survey {
     fn cut(&mut self, keep: usize) {
         self.worst.sort_unstable_by(worse);
         self.worst.truncate(keep);
+        if self.worst.len() == keep {
+            self.floor = self.worst.last().map_or(0.0, |w| w.normalised.abs());
+        }
     }
 
     fn merge(&mut self, other: Survey, keep: usize) {
@@ -207,6 +216,7 @@ pub(super) fn survey(
             weighting: solution.weighting,
         },
         cofactor: &solution.cofactor,
+        sought: solution.estimate.parameters.sought_columns(),
         kernel: solution.kernel,
         keep,
     };
@@ -239,6 +249,7 @@ pub(super) fn survey(
 struct Judge<'a> {
     pass: Pass<'a>,
     cofactor: &'a DMatrix<f64>,
+    sought: Vec<usize>,
     kernel: Kernel,
     keep: usize,
 }
@@ -251,7 +262,7 @@ impl Judge<'_> {
         });
         let part = |(set, range)| self.range(set, range, None);
         let parts: Result<Vec<_>, AdjustError> = chunks.into_par_iter().map(part).collect();
-        let mut sum = Survey::default();
+        let mut sum = Survey::new(self.sought.len());
         parts?
             .into_iter()
             .for_each(|part| sum.merge(part, self.keep));
@@ -259,7 +270,7 @@ impl Judge<'_> {
     }
 
     fn window(&self, window: &Covariances) -> Result<Survey, AdjustError> {
-        let mut sum = Survey::default();
+        let mut sum = Survey::new(self.sought.len());
         for set in
             (0..self.pass.problem.sources.len()).filter(|set| sees_chain(self.pass.problem, *set))
         {
@@ -275,56 +286,52 @@ impl Judge<'_> {
         range: Range<usize>,
         window: Option<&Covariances>,
     ) -> Result<Survey, AdjustError> {
-        let mut sum = Survey::default();
+        let mut sum = Survey::new(self.sought.len());
+        let mut effects = vec![0.0; self.sought.len()];
         self.pass.visit(set, range, |weighted| {
-            let predicted = self.predicted(weighted, window);
-            let mut one = self.figures(set, weighted, predicted.variance);
-            one.effects = effects(&one, weighted, &predicted.gain);
+            let variance = self.predict(weighted.row, window, &mut effects);
+            let one = self.figures(set, weighted, variance);
+            scale_to_undetected_bias(&mut effects, &one, weighted);
             let conditions = self.pass.problem.sources[set].conditions;
-            sum.count(&one, conditions.cell(one.condition), self.kernel);
-            sum.rank(one, self.keep);
+            let cell = conditions.cell(one.condition);
+            sum.count(&one, cell, &effects, self.kernel);
+            sum.rank(one, &effects, self.keep);
         })?;
         sum.cut(self.keep);
         Ok(sum)
     }
 
-    fn predicted(&self, weighted: &Weighted, window: Option<&Covariances>) -> Predicted {
-        let row = weighted.row;
-        let mut predicted = self.by_parameters(row);
+    /// Variance of a condition's prediction from parameters and states; `gain` becomes its cofactors with the columns sought.
+    fn predict(&self, row: &Row, window: Option<&Covariances>, gain: &mut [f64]) -> f64 {
+        let mut variance = self.predict_by_parameters(row, gain);
         if let (Some(chain), Some(window)) = (&row.chain, window) {
-            predicted.variance += window.variance(chain);
+            variance += window.variance(chain);
             for (column, value) in row.columns().iter().zip(row.values()) {
-                predicted.variance += 2.0 * value * window.with_column(chain, usize::from(*column));
+                variance += 2.0 * value * window.with_column(chain, usize::from(*column));
             }
-            for (i, gain) in predicted.gain.iter_mut().enumerate().take(self.leading()) {
-                *gain += window.with_column(chain, i);
+            for (gain, column) in gain.iter_mut().zip(&self.sought) {
+                *gain += window.with_column(chain, *column);
             }
         }
-        predicted
+        variance
     }
 
-    fn by_parameters(&self, row: &Row) -> Predicted {
-        let (mut variance, mut gain) = (0.0, [0.0; LEADING]);
+    fn predict_by_parameters(&self, row: &Row, gain: &mut [f64]) -> f64 {
+        let mut variance = 0.0;
+        gain.fill(0.0);
         for (column, value) in row.columns().iter().zip(row.values()) {
             let cofactors = self.cofactor.column(usize::from(*column));
             let cofactors = cofactors.as_slice();
-            let own: f64 = row
-                .columns()
-                .iter()
-                .zip(row.values())
+            let terms = row.columns().iter().zip(row.values());
+            let own: f64 = terms
                 .map(|(other, a)| a * cofactors[usize::from(*other)])
                 .sum();
             variance += value * own;
-            gain.iter_mut()
-                .zip(cofactors)
-                .for_each(|(g, q)| *g += value * q);
+            for (gain, column) in gain.iter_mut().zip(&self.sought) {
+                *gain += value * cofactors[*column];
+            }
         }
-        Predicted { variance, gain }
-    }
-
-    /// Leading columns that there are.
-    fn leading(&self) -> usize {
-        LEADING.min(self.cofactor.ncols())
+        variance
     }
 
     fn figures(&self, set: usize, weighted: &Weighted, predicted: f64) -> ConditionQuality {
@@ -346,16 +353,17 @@ impl Judge<'_> {
             sigma,
             redundancy,
             normalised,
-            effects: [0.0; LEADING],
+            effects: vec![],
         }
     }
 }
 
-/// `Q A^T M^-1` times the bias that escapes a test with non-centrality one, for the leading columns.
-fn effects(one: &ConditionQuality, weighted: &Weighted, gain: &[f64; LEADING]) -> [f64; LEADING] {
+/// Turns cofactors with the columns sought into what a bias that escapes a test with non-centrality one does to them:
+/// `Q A^T M^-1` times that bias; zero where the condition is uncontrolled.
+fn scale_to_undetected_bias(gain: &mut [f64], one: &ConditionQuality, weighted: &Weighted) {
     if one.redundancy <= CONTROLLED {
-        return [0.0; LEADING];
+        return gain.fill(0.0);
     }
     let bias = weighted.weight * one.detectable_bias(1.0);
-    gain.map(|g| g * bias)
+    gain.iter_mut().for_each(|gain| *gain *= bias);
 }

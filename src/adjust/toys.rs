@@ -69,7 +69,7 @@ impl Toy {
         let names =
             ["roll", "yaw", "along", "across"].map(|name| Component::new(name, Unit::Metre));
         let mut set = ParameterSet::new();
-        set.push(Block::euclidean("globals", names.to_vec(), &[0.0; GLOBALS]))
+        set.push(Block::euclidean("globals", names.to_vec(), &[0.0; GLOBALS]).sought())
             .unwrap();
         set
     }

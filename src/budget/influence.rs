@@ -12,8 +12,7 @@ use crate::geometry::rotation;
 use crate::georef::refraction::{Launch, Water};
 use crate::georef::{NormalPartials, along_normal};
 use crate::observe::{
-    LaserNoise, Mounting, PoseSample, PositionInterpolation, SoundSpeed, SoundSpeedProfile,
-    SoundingRange,
+    LaserNoise, Mounting, PoseSample, SoundSpeed, SoundSpeedProfile, SoundingRange,
 };
 use crate::procedures::pool::Scene;
 use crate::procedures::pool::influence::{Pull, Pulls};
@@ -135,7 +134,6 @@ impl<'a> View<'a> {
     #[must_use]
     pub fn by_record(&self) -> Records {
         let trajectory = &self.scene.trajectory;
-        let cubic = trajectory.interpolation() == PositionInterpolation::Cubic;
         let mut records = Records {
             times_s: trajectory.times_s().to_vec(),
             position: vec![Matrix6x3::zeros(); trajectory.len()],
@@ -153,11 +151,9 @@ impl<'a> View<'a> {
             let moved = seen.six * normal.transpose();
             let turned = seen.six * seen.along.attitude.transpose() + turn;
             let before = seen.pose.weight_before;
-            let place = if cubic { smooth(before) } else { before };
             let k = seen.pose.record as usize;
-            for (record, place, weight) in [(k, place, before), (k + 1, 1.0 - place, 1.0 - before)]
-            {
-                records.position[record] += moved * place;
+            for (record, weight) in [(k, before), (k + 1, 1.0 - before)] {
+                records.position[record] += moved * weight;
                 records.attitude[record] += turned * weight;
             }
         }
@@ -289,11 +285,6 @@ const GRADIENT_1_S: f64 = 0.01;
 /// Deep enough for every basin, metres.
 const DEEPEST_M: f64 = 1000.0;
 
-/// Weight of the record before where positions follow a cubic with recorded velocities, from its linear weight.
-fn smooth(before: f64) -> f64 {
-    before * before * (3.0 - 2.0 * before)
-}
-
 /// Turns of the body in the target frame per radian of recorded roll, pitch, heading: about the body's forward axis, about the
 /// level axis to the right, and about down.
 fn attitude_axes(body: &Matrix3<f64>) -> Matrix3<f64> {
@@ -349,15 +340,6 @@ mod tests {
             let moved = rotation::from_attitude(roll + d[0], pitch + d[1], heading + d[2]);
             let turn = rotation::log(&(moved * body.transpose())) / step;
             assert!((turn - axes.column(i)).norm() < 1e-6, "{i}: {turn}");
-        }
-    }
-
-    #[test]
-    fn cubic_weight_is_the_hermite_polynomial() {
-        // h00 of the way from the record before, t = 1 - before
-        for t in [0.0, 0.2, 0.5, 0.9, 1.0_f64] {
-            let h00 = 2.0 * t.powi(3) - 3.0 * t * t + 1.0;
-            assert!((smooth(1.0 - t) - h00).abs() < 1e-15);
         }
     }
 }

@@ -182,9 +182,8 @@ fn worst(
     judged: &Judged<'_>,
 ) -> WorstObservation {
     let delta0 = judged.quality.single.delta0;
-    let sought = judged.parameters.components().zip(&w.effects);
+    let sought = judged.parameters.sought().zip(&w.effects);
     let effect = sought
-        .take(judged.sought.len())
         .map(|(component, effect)| {
             let (value, unit) = readable(*effect, component.unit);
             let name = if unit == "1" {
@@ -216,6 +215,7 @@ fn observability(judged: &Judged<'_>) -> Observability {
     Observability {
         condition_number: finite(o.condition.powi(2)),
         rank: o.rank as u32,
+        unknowns: o.unknowns as u32,
         weak,
     }
 }

@@ -199,6 +199,17 @@ pub enum Command {
         deviations to expect, and advice on what would make them smaller. Solves nothing and writes nothing."
     )]
     Check(Check),
+    /// What a recorder's files hold: device, streams, times, installation, what is missing for a calibration
+    #[command(
+        long_about = "Read files of recorders (Kongsberg .all and .kmall, Teledyne .s7k, XTF, GSF, NovAtel logs, POS MV groups, SBET) and say \
+        what they hold: device, streams with counts and time spans, the installation record in this program's axes, what the recorder \
+        has already applied, what was lost to damage, and what a calibration would still need."
+    )]
+    #[command(
+        after_long_help = "EXAMPLES\n  boresight info line-0001.all\n  boresight info --own-solution line-0001.all\n  boresight info *.kmall --json | jq '.[].missing'\n\n\
+        EXIT CODES\n  0 read, also where much was lost (it is counted), 2 a file that cannot be read or is of no known format"
+    )]
+    Info(Info),
     /// Find out which error source costs how much of which parameter, by which path
     #[command(
         long_about = "Without --trials: propagate every error source of a scenario through the derivatives of both paths: bias, \
@@ -346,6 +357,17 @@ pub struct Check {
     /// Seed of the calibration's random samples, where it draws any [default: 1]
     #[arg(long)]
     pub seed: Option<u64>,
+}
+
+/// `info`.
+#[derive(Debug, Args)]
+pub struct Info {
+    /// Files of recorders
+    #[arg(value_name = "FILE", required = true, value_hint = ValueHint::FilePath)]
+    pub files: Vec<PathBuf>,
+    /// Georeference with the installation values and compare with the sounder's own points (keeps the file in memory)
+    #[arg(long)]
+    pub own_solution: bool,
 }
 
 /// `budget`.

@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`args`] | what the user types |
-//! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `budget`, `plan` | one command each |
+//! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `info`, `budget`, `plan` | one command each |
 //! | `talk` | what is printed: results on standard output, progress on standard error |
 //! | [`error`] | what ends a command before it solves (exit code 2) |
 
@@ -14,6 +14,7 @@ mod calibrate;
 mod check;
 mod demo;
 pub mod error;
+mod info;
 mod named_budget;
 mod plan;
 mod simulate;
@@ -80,6 +81,7 @@ fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
         Command::Simulate(args) => simulate::run(&args, talk),
         Command::Check(args) => check::run(&args, talk),
         Command::Apply(args) => apply::run(&args, talk),
+        Command::Info(args) => info::run(&args, talk),
         Command::Budget(args) => budget::run(&args, talk),
         Command::Plan(args) => plan::run(&args, talk),
         Command::Completions { shell } => {

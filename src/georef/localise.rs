@@ -21,7 +21,7 @@ pub struct Localised {
 
 /// Positions and attitudes of every record in the frame of `target`; the local level turns with the position of each record.
 ///
-/// Velocities are used (cubic interpolation) only when, summed over a second, they agree with the positions within their noise.
+/// Velocities are used (curved interpolation) only when, summed over a second, they agree with the positions within their noise.
 #[must_use]
 pub fn local_trajectory(source: &GeodeticTrajectory, target: &TargetPose) -> Localised {
     let to_target = target.ecef_from_target().inverse();
@@ -184,7 +184,7 @@ mod tests {
         assert_eq!(right.note, None);
         assert_eq!(
             right.trajectory.interpolation(),
-            PositionInterpolation::Cubic
+            PositionInterpolation::Curved
         );
         for wrong in [[-y, x, 0.0], [x, y, 0.0], [-resolved[0], resolved[1], 0.0]] {
             let refused = run(moved, wrong);

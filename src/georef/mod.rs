@@ -6,6 +6,7 @@ pub mod equation;
 pub mod localise;
 pub mod rays;
 pub mod refraction;
+pub mod two_arrays;
 
 pub use beam::{Beam, BeamPartials};
 pub use eigenray::{Eigenray, Medium};
@@ -13,6 +14,7 @@ pub use equation::{NormalPartials, along_normal, georeference};
 pub use localise::{Localised, local_trajectory};
 pub use rays::{Layers, RayEnd, RayError};
 pub use refraction::{Launch, Water};
+pub use two_arrays::{ArrayPair, ConePartials};
 
 /// Compiles the code of the method page.
 #[cfg(doctest)]

@@ -5,6 +5,7 @@
 //! Acoustics, 2nd ed., section 2.7; Jensen et al., Computational Ocean Acoustics, section 3.3.5). All formulas below are
 //! arranged so that they stay exact to rounding for a gradient of zero and for a vertical ray: neither is a special case.
 
+use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::observe::SoundSpeedProfile;
@@ -209,6 +210,39 @@ impl Layers {
             };
         }
         Err(RayError::Caught)
+    }
+
+    /// The straight line from a transducer at `depth_m` to where the ray ends that leaves it in `direction` (unit vector, z up) for
+    /// `one_way_s` seconds, metres.
+    ///
+    /// The sounder formed its beam with `head_speed_m_s`, the speed measured at the head: `p = sin(theta) / head_speed_m_s` is what it
+    /// knows of the ray, whatever the profile says of that depth. With the profile's own speed instead, outer beams are wrong.
+    ///
+    /// # Errors
+    /// As [`Self::trace`]; [`RayError::Direction`] also where no ray of that `p` can leave into the profile.
+    pub fn chord(
+        &self,
+        depth_m: f64,
+        (direction, head_speed_m_s): (Vector3<f64>, f64),
+        one_way_s: f64,
+    ) -> Result<Vector3<f64>, RayError> {
+        let flat = direction.x.hypot(direction.y);
+        let sine = flat * self.speed_m_s(depth_m.max(0.0)) / head_speed_m_s;
+        if !(sine < 1.0) {
+            return Err(RayError::Direction);
+        }
+        let cosine = (1.0 - sine * sine).sqrt().copysign(-direction.z);
+        let end = self.trace(depth_m, (sine, cosine), one_way_s)?;
+        let stretch = if flat > 0.0 {
+            end.horizontal_m / flat
+        } else {
+            0.0
+        };
+        Ok(Vector3::new(
+            direction.x * stretch,
+            direction.y * stretch,
+            -end.descent_m,
+        ))
     }
 
     /// The layer of a ray's first arc; a horizontal ray between two layers bends into the one that is slower.

@@ -7,13 +7,8 @@ pub enum LaserCoordinates {
     Sensor,
     /// The target frame of the survey file's origin and azimuth.
     Target,
-    /// Geocentric (ECEF).
+    /// Geocentric (ECEF). UTM coordinates of a file become geocentric on reading.
     Geocentric,
-    /// UTM easting, northing, ellipsoidal height; the zone from 1 to 60, negative in the south.
-    Utm {
-        /// Zone number, negative south of the equator.
-        zone: i8,
-    },
 }
 
 /// A-priori noise of a scan.
@@ -32,7 +27,7 @@ pub struct LaserNoise {
 pub struct LaserScan {
     /// Time of each return on the trajectory's clock, seconds, ascending.
     pub time_s: Vec<f64>,
-    /// First coordinate (sensor x, target X, ECEF X or easting), metres.
+    /// First coordinate (sensor x, target X or ECEF X), metres.
     pub x_m: Vec<f64>,
     /// Second coordinate, metres.
     pub y_m: Vec<f64>,

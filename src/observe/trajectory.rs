@@ -66,8 +66,8 @@ pub struct GeodeticTrajectory {
 pub enum PositionInterpolation {
     /// Linear.
     Linear,
-    /// Cubic Hermite with the recorded velocities.
-    Cubic,
+    /// Linear plus the sag of a constant acceleration, the recorded velocities' change over the interval.
+    Curved,
 }
 
 /// A trajectory in a local Cartesian frame, ready to be interpolated.
@@ -122,23 +122,30 @@ pub struct PoseSample {
     pub rotation: Matrix3<f64>,
     /// Record before the moment.
     pub record: u32,
-    /// Weight of the record before; the record after has `1 - weight_before`.
+    /// Weight of the record before in position and attitude alike; the record after has `1 - weight_before`.
     pub weight_before: f64,
 }
 
 impl Trajectory {
     /// From columns in a local frame: positions (metres), body-to-local rotations and, where they may be used, velocities.
     ///
-    /// # Panics
-    /// Never; columns of different length are cut to the shortest.
+    /// Columns of different length are cut to the shortest.
     #[must_use]
     pub fn new(
-        time_s: Vec<f64>,
-        position_m: Vec<Vector3<f64>>,
-        attitude: Vec<Matrix3<f64>>,
-        velocity_m_s: Option<Vec<Vector3<f64>>>,
+        mut time_s: Vec<f64>,
+        mut position_m: Vec<Vector3<f64>>,
+        mut attitude: Vec<Matrix3<f64>>,
+        mut velocity_m_s: Option<Vec<Vector3<f64>>>,
         max_gap_s: f64,
     ) -> Self {
+        let velocities = velocity_m_s.as_ref().map_or(usize::MAX, Vec::len);
+        let records = [position_m.len(), attitude.len(), velocities]
+            .into_iter()
+            .fold(time_s.len(), usize::min);
+        time_s.truncate(records);
+        position_m.truncate(records);
+        attitude.truncate(records);
+        velocity_m_s.iter_mut().for_each(|v| v.truncate(records));
         let turn = attitude
             .windows(2)
             .map(|pair| rotation::log(&(pair[0].transpose() * pair[1])))
@@ -190,7 +197,7 @@ impl Trajectory {
     #[must_use]
     pub fn interpolation(&self) -> PositionInterpolation {
         if self.velocity_m_s.is_some() {
-            PositionInterpolation::Cubic
+            PositionInterpolation::Curved
         } else {
             PositionInterpolation::Linear
         }
@@ -255,7 +262,8 @@ impl Trajectory {
         Ok(record)
     }
 
-    /// Pose at a time: position linear (or cubic with velocities), attitude by slerp.
+    /// Pose at a time: position linear (with velocities plus the sag of a constant acceleration), attitude by slerp. Errors of the
+    /// two records enter both linearly in time.
     ///
     /// # Errors
     /// [`TrajectoryError`] when the time is outside or in a gap.
@@ -265,25 +273,16 @@ impl Trajectory {
         let f = (time_s - self.time_s[k]) / step_s;
         let rotation = self.attitude[k] * rotation::exp(&(self.turn[k] * f));
         let (p0, p1) = (self.position_m[k], self.position_m[k + 1]);
-        let (position_m, weight_before) = match &self.velocity_m_s {
-            None => (p0 + (p1 - p0) * f, 1.0 - f),
-            Some(v) => {
-                let rise = f * f * (3.0 - 2.0 * f);
-                let (begin, end) = (
-                    f * (1.0 - f) * (1.0 - f) * step_s,
-                    f * f * (f - 1.0) * step_s,
-                );
-                (
-                    p0 + (p1 - p0) * rise + v[k] * begin + v[k + 1] * end,
-                    1.0 - rise,
-                )
-            }
+        let chord_m = p0 + (p1 - p0) * f;
+        let position_m = match &self.velocity_m_s {
+            None => chord_m,
+            Some(v) => chord_m + (v[k] - v[k + 1]) * (0.5 * f * (1.0 - f) * step_s),
         };
         Ok(PoseSample {
             position_m,
             rotation,
             record: k as u32,
-            weight_before,
+            weight_before: 1.0 - f,
         })
     }
 }
@@ -360,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn cubic_interpolation_follows_a_parabola_exactly() {
+    fn interpolation_with_velocities_follows_a_parabola_exactly() {
         let time_s = vec![0.0, 0.5, 1.5];
         let position = time_s
             .iter()
@@ -379,5 +378,42 @@ mod tests {
         );
         let pose = trajectory.pose_at(1.1).expect("inside");
         assert!((pose.position_m.x - 1.21).abs() < 1e-14);
+    }
+
+    /// A turning, accelerating body whose second record is off by `shift_m` along x and `turn_rad` about z.
+    fn disturbed(shift_m: f64, turn_rad: f64) -> PoseSample {
+        let off = rotation::exp(&Vector3::new(0.0, 0.0, turn_rad));
+        let position = vec![Vector3::zeros(), Vector3::new(1.0 + shift_m, 0.0, 0.0)];
+        let attitude = vec![
+            rotation::from_attitude(0.0, 0.0, 0.3),
+            off * rotation::from_attitude(0.0, 0.0, 0.5),
+        ];
+        let velocity = vec![Vector3::new(0.5, 0.0, 0.0), Vector3::new(1.5, 0.0, 0.0)];
+        let trajectory = Trajectory::new(vec![0.0, 1.0], position, attitude, Some(velocity), 5.0);
+        trajectory.pose_at(0.3).expect("inside")
+    }
+
+    #[test]
+    fn a_records_error_enters_position_and_attitude_with_the_weight_that_is_given() {
+        let (clean, moved, turned) = (
+            disturbed(0.0, 0.0),
+            disturbed(0.1, 0.0),
+            disturbed(0.0, 0.1),
+        );
+        let weight_after = 1.0 - clean.weight_before;
+        let shift_m = (moved.position_m - clean.position_m).x;
+        assert!((shift_m - 0.1 * weight_after).abs() < 1e-15, "{shift_m}");
+        let turn = rotation::log(&(turned.rotation * clean.rotation.transpose()));
+        assert!((turn.z - 0.1 * weight_after).abs() < 1e-15, "{turn}");
+    }
+
+    #[test]
+    fn columns_of_different_length_are_cut() {
+        let three = vec![Matrix3::identity(); 3];
+        let two = vec![Vector3::zeros(); 2];
+        let velocity = Some(vec![Vector3::zeros(); 5]);
+        let trajectory = Trajectory::new(vec![0.0, 1.0, 2.0, 3.0], two, three, velocity, 5.0);
+        assert_eq!(trajectory.len(), 2);
+        assert!(trajectory.pose_at(0.5).is_ok() && trajectory.pose_at(1.5).is_err());
     }
 }

@@ -121,10 +121,13 @@ pub struct WorstObservation {
 /// What the data determine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Observability {
-    /// Of the scaled normal matrix of the six parameters, the others eliminated.
+    /// Of the scaled normal matrix of all unknowns but the states.
     pub condition_number: f64,
-    /// Its rank, 6 when everything is determined.
+    /// Its rank.
     pub rank: u32,
+    /// Its size: the rank when everything is determined.
+    #[serde(default)]
+    pub unknowns: u32,
     /// Weakly determined directions, weakest first.
     pub weak: Vec<WeakDirection>,
 }

@@ -145,8 +145,7 @@ impl<'a> Scene<'a> {
         let raw = self.campaign.laser.point(j);
         if let Some((rotation, offset)) = &self.laser_frame {
             let point = rotation * raw + offset;
-            let origin = self.trajectory.positions_m().first()?;
-            return Some((point, point - origin));
+            return Some((point, point - self.seen_from(j, &point)?));
         }
         let pose = self.return_pose(j)?;
         let point = georeference(&pose, &self.campaign.scanner, &raw);
@@ -154,6 +153,19 @@ impl<'a> Scene<'a> {
             point,
             pose.rotation * (self.campaign.scanner.rotation * raw),
         ))
+    }
+
+    /// Where the body was when it saw a georeferenced point: at the return's time, or where the trajectory does not cover it, at the
+    /// nearest of a few hundred places along the trajectory.
+    fn seen_from(&self, j: usize, point: &Vector3<f64>) -> Option<Vector3<f64>> {
+        if let Some(pose) = self.return_pose(j) {
+            return Some(pose.position_m);
+        }
+        let positions = self.trajectory.positions_m();
+        let stride = (positions.len() / 300).max(1);
+        let away = |p: &&Vector3<f64>| (point - **p).norm_squared();
+        let nearer = |a: &&Vector3<f64>, b: &&Vector3<f64>| away(a).total_cmp(&away(b));
+        positions.iter().step_by(stride).min_by(nearer).copied()
     }
 
     /// Whether laser points come through the trajectory (sensor frame) rather than already georeferenced.
@@ -411,8 +423,7 @@ fn laser_frame(
     match coordinates {
         LaserCoordinates::Sensor => None,
         LaserCoordinates::Target => Some((Matrix3::identity(), Vector3::zeros())),
-        // UTM columns are turned into geocentric ones on reading
-        LaserCoordinates::Geocentric | LaserCoordinates::Utm { .. } => {
+        LaserCoordinates::Geocentric => {
             let back = pose.ecef_from_target().inverse();
             Some((back.rotation.matrix, back.translation.coordinates))
         }

@@ -121,10 +121,11 @@ fn mounting_blocks(
     for (profiler, mounting) in profilers.iter().zip(start) {
         let name = |part: &str| format!("{} {part}", profiler.name);
         let three = ["pitch", "roll", "yaw"].map(name);
-        let rotation = set.push(turn(&name("rotation"), &three, &mounting.rotation))?;
+        let rotation = turn(&name("rotation"), &three, &mounting.rotation);
+        let rotation = set.push(rotation.sought())?;
         let arm = [mounting.lever_arm_m.x, mounting.lever_arm_m.z];
         let arm = metres(&name("lever arm"), &["lx", "lz"].map(name), &arm);
-        sought.push((rotation, set.push(arm)?));
+        sought.push((rotation, set.push(arm.sought())?));
     }
     let mut all = vec![];
     for ((rotation, arm), profiler) in sought.into_iter().zip(profilers) {

@@ -194,12 +194,8 @@ pub fn preview(
         ..config.clone()
     };
     let joint = super::run::start(scene, reference).map_or_else(
-        |error| {
-            Err(AdjustError::Driver {
-                message: error.to_string(),
-            })
-        },
-        |start| super::joint::joint(scene, &first, &start),
+        |error| Err(error.to_string()),
+        |start| super::joint::joint(scene, &first, &start).map_err(|error| error.to_string()),
     );
     let near = |p: usize| {
         let of = |t: &&super::conditions::Tie| {
@@ -226,9 +222,7 @@ pub fn preview(
         .collect();
     let refusal = match &joint {
         Ok(joint) => not_seen(scene, joint).or_else(|| undetermined(scene, config, joint)),
-        Err(error) => Some(RailRefusal::NotSolved {
-            how: error.to_string(),
-        }),
+        Err(error) => Some(RailRefusal::NotSolved { how: error.clone() }),
     };
     words.extend(refusal.iter().map(ToString::to_string));
     Preview {

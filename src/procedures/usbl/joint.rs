@@ -309,7 +309,7 @@ fn parameters(
 ) -> Result<(ParameterSet, Blocks), AdjustError> {
     let campaign = scene.campaign;
     let mut set = ParameterSet::new();
-    let mounting = set.push(Block::rotation("mounting", MOUNTING, rotation))?;
+    let mounting = set.push(Block::rotation("mounting", MOUNTING, rotation).sought())?;
     let transducer = surveyed(
         &mut set,
         &campaign.transducer,
@@ -324,6 +324,9 @@ fn parameters(
         DMatrix::from_element(1, 1, scale_sigma * scale_sigma),
         config.range_scale,
     )?;
+    for id in [transducer, scale] {
+        set.block_mut(id).sought = true;
+    }
     let (tilt, azimuth) = (campaign.datum.tilt_rad, campaign.datum.azimuth_rad);
     let datum = known(
         &mut set,

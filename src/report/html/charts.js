@@ -129,7 +129,7 @@ function combination(weak) {
 }
 
 function weakList(observability) {
-  const facts = el("p", {}, `Rank ${observability.rank} of 6; condition number of the scaled normal matrix ${observability.condition_number.toExponential(1)}.`);
+  const facts = el("p", {}, `Rank ${observability.rank} of ${observability.unknowns} unknowns; condition number of their scaled normal matrix ${observability.condition_number.toExponential(1)}.`);
   if (!observability.weak.length) return [facts, el("p", {}, "No direction is weakly determined.")];
   return [facts, el("ul", { class: "weak" }, observability.weak.map(weak =>
     el("li", {}, weak.text, missing(weak.sigma) ? "" : ` (sigma along it, scaled: ${short(weak.sigma)})`, combination(weak))))];

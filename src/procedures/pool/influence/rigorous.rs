@@ -1,6 +1,6 @@
 //! The joint path's influences: its problem built anew on the ties that it ended with, linearised once.
 
-use nalgebra::{Matrix6, Matrix6x3, Vector6};
+use nalgebra::{DMatrix, Matrix6, Matrix6x3};
 
 use super::super::conditions::{ReturnConditions, SoundingConditions, TrajectoryErrors};
 use super::super::config::{Drift, JointConfig, Planes};
@@ -88,7 +88,7 @@ pub fn joint(
     with_problem(scene, outcome, config, parts, |problem| {
         let solution = solve(problem, start, &Options::default())?;
         let mut found = influence(problem, &solution)?.conditions.into_iter();
-        let mut of = |ties: &[Tie]| pulls(ties, &found.next().unwrap_or_default());
+        let mut of = |ties: &[Tie]| found.next().map_or(vec![], |sought| pulls(ties, &sought));
         Ok(JointInfluence {
             pulls: Pulls {
                 soundings: of(&outcome.soundings.ties),
@@ -117,15 +117,16 @@ pub fn cofactor(
 }
 
 /// The mounting's columns come first.
-fn six(cofactor: &nalgebra::DMatrix<f64>) -> Matrix6<f64> {
+fn six(cofactor: &DMatrix<f64>) -> Matrix6<f64> {
     cofactor.fixed_view::<6, 6>(0, 0).into_owned()
 }
 
-fn pulls(ties: &[Tie], six: &[[f64; 6]]) -> Vec<Pull> {
-    let pull = |(tie, six): (&Tie, &[f64; 6])| Pull {
+/// The mounting's six come first among the parameters sought.
+fn pulls(ties: &[Tie], sought: &DMatrix<f64>) -> Vec<Pull> {
+    let pull = |(k, tie): (usize, &Tie)| Pull {
         row: tie.row,
         face: tie.face,
-        six: Vector6::from(*six),
+        six: sought.fixed_view::<6, 1>(0, k).into_owned(),
     };
-    ties.iter().zip(six).map(pull).collect()
+    ties.iter().enumerate().map(pull).collect()
 }

@@ -27,11 +27,8 @@ pub(super) fn parameters(
         _ => None,
     };
     let scalar = |x: &mut ParameterSet, name: &str, unit| {
-        x.push(Block::euclidean(
-            name,
-            vec![Component::new(name, unit)],
-            &[0.0],
-        ))
+        let block = Block::euclidean(name, vec![Component::new(name, unit)], &[0.0]);
+        x.push(block.sought())
     };
     let latency = config
         .latency
@@ -102,8 +99,8 @@ fn push_mounting(
         lever = lever.with_prior(nominal.lever_arm_m.as_slice().to_vec(), covariance);
     }
     Ok(MountingBlocks {
-        rotation: x.push(turn)?,
-        lever_arm: x.push(lever)?,
+        rotation: x.push(turn.sought())?,
+        lever_arm: x.push(lever.sought())?,
     })
 }
 

@@ -188,16 +188,21 @@ pub struct LidarSection {
 }
 
 impl LidarSection {
-    /// Frame of the points.
+    /// Frame of the points after reading: UTM becomes geocentric.
     #[must_use]
     pub fn frame(&self) -> LaserCoordinates {
-        let zone = self.utm_zone.as_ref().and_then(UtmZone::number);
-        match (self.coordinates, zone) {
-            (CoordinatesName::Target, _) => LaserCoordinates::Target,
-            (CoordinatesName::Geocentric, _) => LaserCoordinates::Geocentric,
-            (CoordinatesName::Utm, Some(zone)) => LaserCoordinates::Utm { zone },
-            (CoordinatesName::Sensor | CoordinatesName::Utm, _) => LaserCoordinates::Sensor,
+        match self.coordinates {
+            CoordinatesName::Sensor => LaserCoordinates::Sensor,
+            CoordinatesName::Target => LaserCoordinates::Target,
+            CoordinatesName::Geocentric | CoordinatesName::Utm => LaserCoordinates::Geocentric,
         }
+    }
+
+    /// The zone of UTM coordinates, where the points have such.
+    #[must_use]
+    pub fn zone(&self) -> Option<i8> {
+        let zone = self.utm_zone.as_ref().and_then(UtmZone::number);
+        zone.filter(|_| self.coordinates == CoordinatesName::Utm)
     }
 
     /// The noise in SI and radians.

@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::file::SurveyFile;
-use super::observations::{laser_problem, place_laser, place_soundings, shift, trajectory_problem};
+use super::observations::{
+    laser_problem, place_laser, place_soundings, shift, to_geocentric, trajectory_problem,
+};
 use super::rules;
 use crate::formats::{
-    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_soundings, read_trajectory,
-    sound_speed_csv,
+    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_sound_speed, read_soundings,
+    read_trajectory,
 };
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{Campaign, LaserCoordinates, SoundSpeed, SoundSpeedProfile, SoundingRange};
@@ -147,7 +149,6 @@ struct Contents {
 
 /// Reads the files beside each other, and checks each by itself; the faults of all of them come together.
 fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyError> {
-    let frame = file.lidar.frame();
     let ((target, trajectory), (laser, soundings)) = rayon::join(
         || {
             let target = read_text(&paths.target).and_then(|t| parse_target(&paths.target, &t));
@@ -155,16 +156,12 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
         },
         || {
             rayon::join(
-                || checked_laser(&paths.lidar, frame),
+                || checked_laser(file, &paths.lidar),
                 || read_soundings(&paths.multibeam).map_err(SurveyError::from),
             )
         },
     );
-    let profile = paths
-        .profile
-        .as_deref()
-        .map(sound_speed_csv::read)
-        .transpose();
+    let profile = paths.profile.as_deref().map(read_sound_speed).transpose();
     let mut problems = vec![];
     let target = keep(&mut problems, target);
     let trajectory = keep(&mut problems, trajectory);
@@ -197,9 +194,13 @@ fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecord
     Ok(records)
 }
 
-fn checked_laser(path: &Path, frame: LaserCoordinates) -> Result<LaserRecords, SurveyError> {
-    let records = read_laser(path)?;
-    none_of(laser_problem(path, &records, frame).into_iter().collect())?;
+fn checked_laser(file: &SurveyFile, path: &Path) -> Result<LaserRecords, SurveyError> {
+    let mut records = read_laser(path)?;
+    let problem = laser_problem(path, &records, file.lidar.coordinates);
+    none_of(problem.into_iter().collect())?;
+    if let Some(zone) = file.lidar.zone() {
+        to_geocentric(path, &mut records, file.target.ellipsoid, zone)?;
+    }
     Ok(records)
 }
 

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use super::file::SurveyFile;
+use super::file::{CoordinatesName, SurveyFile};
 use crate::formats::{LaserRecords, SoundingRecords, TrajectoryRecords};
-use crate::observe::{GeodeticTrajectory, LaserCoordinates, SoundingRange};
+use crate::geometry::utm::{Utm, UtmError};
+use crate::geometry::{Ellipsoid, Geodetic};
+use crate::observe::{GeodeticTrajectory, SoundingRange};
 use crate::survey::clock::{Verdict, judge};
 use crate::survey::problem::Problem;
 use crate::units::degrees;
@@ -60,28 +62,26 @@ pub(super) fn trajectory_problem(
 pub(super) fn laser_problem(
     file: &Path,
     records: &LaserRecords,
-    frame: LaserCoordinates,
+    frame: CoordinatesName,
 ) -> Option<Problem> {
     let fits = |k: usize| {
         let (x, y, z) = (records.x_m[k], records.y_m[k], records.z_m[k]);
         let distance_m = x.hypot(y).hypot(z);
         match frame {
-            LaserCoordinates::Sensor => distance_m > 0.0 && distance_m <= FARTHEST_M,
-            LaserCoordinates::Target => distance_m <= FARTHEST_M,
-            LaserCoordinates::Geocentric => EARTH_M.contains(&distance_m),
-            LaserCoordinates::Utm { .. } => {
+            CoordinatesName::Sensor => distance_m > 0.0 && distance_m <= FARTHEST_M,
+            CoordinatesName::Target => distance_m <= FARTHEST_M,
+            CoordinatesName::Geocentric => EARTH_M.contains(&distance_m),
+            CoordinatesName::Utm => {
                 (1e5..=9e5).contains(&x) && (0.0..=1e7).contains(&y) && z.abs() <= 12_000.0
             }
         }
     };
     let k = (0..records.len()).find(|&k| !fits(k))?;
     let expected = match frame {
-        LaserCoordinates::Sensor => {
-            "a range above 0 m and up to 20000 m (coordinates = \"sensor\")"
-        }
-        LaserCoordinates::Target => "a point within 20000 m of the target's origin",
-        LaserCoordinates::Geocentric => "6300 to 6500 km from the earth's centre",
-        LaserCoordinates::Utm { .. } => {
+        CoordinatesName::Sensor => "a range above 0 m and up to 20000 m (coordinates = \"sensor\")",
+        CoordinatesName::Target => "a point within 20000 m of the target's origin",
+        CoordinatesName::Geocentric => "6300 to 6500 km from the earth's centre",
+        CoordinatesName::Utm => {
             "an easting of 100000 to 900000 m, a northing of 0 to 10000000 m, a height within 12000 m"
         }
     };
@@ -95,6 +95,42 @@ pub(super) fn laser_problem(
         found,
         expected,
     ))
+}
+
+/// UTM coordinates of returns become geocentric ones, in place.
+pub(super) fn to_geocentric(
+    file: &Path,
+    records: &mut LaserRecords,
+    ellipsoid: Ellipsoid,
+    zone: i8,
+) -> Result<(), Problem> {
+    let (x_m, y_m, z_m) = (&mut records.x_m, &mut records.y_m, &mut records.z_m);
+    Utm::new(ellipsoid, zone)
+        .and_then(|utm| utm.to_geodetic_in_place(x_m, y_m))
+        .map_err(|error| no_place(file, &error))?;
+    for ((x, y), z) in x_m.iter_mut().zip(y_m.iter_mut()).zip(z_m) {
+        let place = Geodetic {
+            latitude_rad: *y,
+            longitude_rad: *x,
+            height_m: *z,
+        };
+        let point = ellipsoid.to_geocentric(&place).coordinates;
+        (*x, *y, *z) = (point.x, point.y, point.z);
+    }
+    Ok(())
+}
+
+fn no_place(file: &Path, error: &UtmError) -> Problem {
+    let place = match error {
+        UtmError::Outside { row, .. } => format!("return {}", row + 1),
+        UtmError::Zone { .. } | UtmError::Library { .. } => "whole file".to_owned(),
+    };
+    Problem::new(
+        file,
+        place,
+        error.to_string(),
+        "UTM coordinates of this zone",
+    )
 }
 
 /// Judges the returns' times, and drops those without a position if that is wanted; their number.

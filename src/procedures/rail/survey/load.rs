@@ -4,14 +4,12 @@ use std::path::Path;
 
 use super::file::RailSurveyFile;
 use super::keys;
-use crate::formats::digest::sha256;
-use crate::formats::{attitude_csv, rail_csv, read_rail_profiles};
+use crate::formats::{attitude_csv, read_attitude, read_rail_profiles, read_table};
 use crate::observe::RailCampaign;
 use crate::results::InputFile;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
-use crate::survey::reading::missing_files;
-use crate::survey::reading::{keep, read_text, typed};
+use crate::survey::reading::{digests, keep, missing_files, read_text, typed};
 use crate::survey::schema;
 use crate::target::{RailModel, RailProfile};
 
@@ -51,12 +49,9 @@ pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
     let points = keep(&mut problems, points.map_err(SurveyError::from));
     let record = keep(
         &mut problems,
-        attitude_csv::read(&attitude, &attitude_csv::BEAM).map_err(SurveyError::from),
+        read_attitude(&attitude, &attitude_csv::BEAM).map_err(SurveyError::from),
     );
-    let positions = keep(
-        &mut problems,
-        rail_csv::read_table(&table).map_err(SurveyError::from),
-    );
+    let positions = keep(&mut problems, read_table(&table).map_err(SurveyError::from));
     let (Some((_, rail)), Some(points), Some(attitude), Some(positions)) =
         (rail, points, record, positions)
     else {
@@ -71,25 +66,12 @@ pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
         table: positions,
     };
     none_of(clock_problems(&campaign, &profiles, &table))?;
-    let mut inputs = vec![digest(
-        path,
-        &path.file_name().unwrap_or_default().to_string_lossy(),
-    )?];
-    for name in named {
-        inputs.push(digest(&folder.join(name), name)?);
-    }
+    let inputs = digests(path, folder, &named.map(String::as_str))?;
     Ok(LoadedRail {
         campaign,
         rail,
         inputs,
         file,
-    })
-}
-
-fn digest(path: &Path, name: &str) -> Result<InputFile, SurveyError> {
-    Ok(InputFile {
-        path: name.to_owned(),
-        sha256: sha256(path)?,
     })
 }
 

@@ -7,12 +7,11 @@ use nalgebra::{Matrix3, Vector3};
 use super::file::UsblFile;
 use super::keys;
 use crate::formats::attitude_csv;
-use crate::formats::digest::sha256;
-use crate::formats::sound_speed_csv;
 use crate::formats::usbl_control_csv::{
-    self, ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
+    ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
 };
-use crate::formats::usbl_fixes_csv::{self, FixRecords, RangeKind};
+use crate::formats::usbl_fixes_csv::{FixRecords, RangeKind};
+use crate::formats::{read_attitude, read_control, read_fixes, read_sound_speed};
 use crate::geometry::ellipsoid::ecef_from_level;
 use crate::geometry::{Ellipsoid, Geodetic, Point, rotation};
 use crate::observe::usbl::{Beacon, ControlPoint, Fixes, Role, UsblCampaign};
@@ -20,6 +19,7 @@ use crate::observe::{AttitudeRecord, SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::results::InputFile;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
+use crate::survey::reading::{digests, missing_files, read_text, typed};
 use crate::survey::schema;
 use crate::survey::sections::OutsideRule;
 
@@ -48,31 +48,37 @@ pub struct LoadedUsbl {
 /// # Errors
 /// [`SurveyError`] with every fault that can be told at once.
 pub fn load(path: &Path) -> Result<LoadedUsbl, SurveyError> {
-    let folder = path.parent().unwrap_or(Path::new(".")).to_owned();
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        Problem::new(
-            path,
-            "whole file",
-            error.to_string(),
-            "a readable survey file",
-        )
-    })?;
-    let file = parse(path, &text)?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let file = parse(path, &read_text(path)?, Some(&folder))?;
     let contents = read(&file, &folder)?;
-    let mut inputs = vec![input(path, &own_name(path))?];
-    let profile = file.sound_speed.profile.as_ref();
-    let named = [&file.control.path, &file.fixes.path, &file.attitude.path];
-    for name in named.into_iter().chain(profile) {
-        inputs.push(input(&folder.join(name), name)?);
-    }
+    let inputs = digests(path, &folder, &named(&file))?;
     compose(file, contents, inputs, &folder)
 }
 
-/// Checks and parses the text of a survey file; `path` names it in messages.
+/// The files that a survey file names, as it names them.
+fn named(file: &UsblFile) -> Vec<&str> {
+    let profile = file.sound_speed.profile.as_ref();
+    let named = [&file.control.path, &file.fixes.path, &file.attitude.path];
+    named
+        .into_iter()
+        .chain(profile)
+        .map(String::as_str)
+        .collect()
+}
+
+/// Keys that name a file.
+const FILES: &[[&str; 2]] = &[
+    ["control", "path"],
+    ["fixes", "path"],
+    ["attitude", "path"],
+    ["sound_speed", "profile"],
+];
+
+/// Checks and parses the text of a survey file; `path` names it in messages. With a folder, also that the paths in it lead to files.
 ///
 /// # Errors
 /// [`SurveyError`] with every unknown key and impossible value.
-pub fn parse(path: &Path, text: &str) -> Result<UsblFile, SurveyError> {
+pub fn parse(path: &Path, text: &str, folder: Option<&Path>) -> Result<UsblFile, SurveyError> {
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
     let mut problems = schema::check(&document, keys::SURVEY);
     let has = |keys: &[&str]| document.get(keys).is_some();
@@ -85,25 +91,13 @@ pub fn parse(path: &Path, text: &str) -> Result<UsblFile, SurveyError> {
             "the transducer's depth below the water level in metres, which a profile needs";
         problems.push(document.problem(&["transducer", "depth_m"], "nothing", expected));
     }
+    problems.extend(
+        folder
+            .iter()
+            .flat_map(|folder| missing_files(&document, folder, FILES)),
+    );
     none_of(problems)?;
-    toml::from_str(text).map_err(|error: toml::de::Error| {
-        let message = error.message().replace('\n', " ");
-        Problem::new(path, "whole file", message, "a USBL survey file").into()
-    })
-}
-
-fn own_name(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
-}
-
-fn input(path: &Path, name: &str) -> Result<InputFile, SurveyError> {
-    Ok(InputFile {
-        path: name.to_owned(),
-        sha256: sha256(path)?,
-    })
+    typed(path, text)
 }
 
 struct Contents {
@@ -116,15 +110,14 @@ struct Contents {
 /// Reads all files; the faults of all of them come together.
 fn read(file: &UsblFile, folder: &Path) -> Result<Contents, SurveyError> {
     let mut problems: Vec<Problem> = vec![];
-    let control = usbl_control_csv::read(&folder.join(&file.control.path))
-        .map_err(|e| problems.push(e.into()));
-    let fixes =
-        usbl_fixes_csv::read(&folder.join(&file.fixes.path)).map_err(|e| problems.push(e.into()));
-    let attitude = attitude_csv::read(&folder.join(&file.attitude.path), &attitude_csv::VESSEL)
+    let control =
+        read_control(&folder.join(&file.control.path)).map_err(|e| problems.push(e.into()));
+    let fixes = read_fixes(&folder.join(&file.fixes.path)).map_err(|e| problems.push(e.into()));
+    let attitude = read_attitude(&folder.join(&file.attitude.path), &attitude_csv::VESSEL)
         .map_err(|e| problems.push(e.into()));
     let profile = file.sound_speed.profile.as_ref();
     let profile = profile
-        .map(|name| sound_speed_csv::read(&folder.join(name)))
+        .map(|name| read_sound_speed(&folder.join(name)))
         .transpose()
         .map_err(|e| problems.push(e.into()));
     match (control, fixes, attitude, profile) {

@@ -1,0 +1,336 @@
+//! The one list of file formats: what a survey file may name, how a format is told, and which streams it gives.
+//!
+//! # To add a format
+//! 1. Write its reader: a file or folder beside this one, `read(path)` for every stream that it gives, with the record types of
+//!    [`super::records`] or [`crate::observe`]. Columns carry no noise: a sensor has noise, a file has columns.
+//! 2. Add one [`Format`] to [`FORMATS`]. A recorder's file that holds several streams lists one [`Reader`] for each; it is read anew for
+//!    every stream that a survey file wants of it.
+//! 3. A stream that no format gave before is a new variant of [`Reader`], with a word in [`Reader::stream`].
+//!
+//! The loaders, the messages about unknown files, the page `docs/formats.md` and the suites for bad input go through the table by
+//! themselves.
+
+use std::path::Path;
+
+use super::attitude_csv::{self, Layout};
+use super::error::{FaultKind, FormatError, Place, open, quoted};
+use super::records::{LaserRecords, SoundingRecords, TrajectoryRecords};
+use super::usbl_control_csv::{self, ControlRecords};
+use super::usbl_fixes_csv::{self, FixRecords};
+use super::{las, laser_csv, rail_csv, sbet, sound_speed_csv, soundings_csv, trajectory_csv};
+use crate::observe::{AttitudeRecord, ProfilePoints, SoundSpeedProfile, TableRecord};
+
+type Read<T> = fn(&Path) -> Result<T, FormatError>;
+
+/// What a file gives, with the function that reads it.
+#[derive(Clone, Copy, Debug)]
+pub enum Reader {
+    /// Position and attitude of the vessel.
+    Trajectory(Read<TrajectoryRecords>),
+    /// Attitude alone, within the limits of a procedure.
+    Attitude(fn(&Path, &Layout) -> Result<AttitudeRecord, FormatError>),
+    /// Laser returns.
+    Laser(Read<LaserRecords>),
+    /// Beams of a multibeam.
+    Soundings(Read<SoundingRecords>),
+    /// Sound speed by depth.
+    SoundSpeed(Read<SoundSpeedProfile>),
+    /// Fixes of an acoustic positioning system.
+    Fixes(Read<FixRecords>),
+    /// Surveyed points.
+    Control(Read<ControlRecords>),
+    /// Profiles of a rail by so many profilers.
+    Profiles(fn(&Path, usize) -> Result<ProfilePoints, FormatError>),
+    /// Positions at which a measuring table rests.
+    Table(Read<TableRecord>),
+}
+
+impl Reader {
+    /// The stream in a word or two.
+    #[must_use]
+    pub fn stream(&self) -> &'static str {
+        match self {
+            Self::Trajectory(_) => "trajectory",
+            Self::Attitude(_) => "attitude",
+            Self::Laser(_) => "laser returns",
+            Self::Soundings(_) => "soundings",
+            Self::SoundSpeed(_) => "sound speed",
+            Self::Fixes(_) => "fixes",
+            Self::Control(_) => "control points",
+            Self::Profiles(_) => "rail profiles",
+            Self::Table(_) => "table positions",
+        }
+    }
+
+    /// Reads a file and throws the records away: whether it can be read at all.
+    ///
+    /// # Errors
+    /// Those of the reader.
+    pub fn probe(&self, path: &Path) -> Result<(), FormatError> {
+        match self {
+            Self::Trajectory(read) => read(path).map(drop),
+            Self::Attitude(read) => read(path, &attitude_csv::VESSEL).map(drop),
+            Self::Laser(read) => read(path).map(drop),
+            Self::Soundings(read) => read(path).map(drop),
+            Self::SoundSpeed(read) => read(path).map(drop),
+            Self::Fixes(read) => read(path).map(drop),
+            Self::Control(read) => read(path).map(drop),
+            Self::Profiles(read) => read(path, usize::from(u8::MAX)).map(drop),
+            Self::Table(read) => read(path).map(drop),
+        }
+    }
+}
+
+/// A file format.
+#[derive(Clone, Copy, Debug)]
+pub struct Format {
+    /// Its name, as the documentation and messages say it.
+    pub name: &'static str,
+    /// The ends of its files' names, in small letters without the dot; the first is the usual one.
+    pub extensions: &'static [&'static str],
+    /// What every such file begins with; empty where nothing is fixed.
+    pub magic: &'static [u8],
+    /// What it holds: columns or records, for the documentation.
+    pub holds: &'static str,
+    /// The streams that it gives.
+    pub readers: &'static [Reader],
+    /// Whether this program writes it too.
+    pub written: bool,
+}
+
+/// Names of small tables that people make by hand.
+const TEXT: &[&str] = &["csv", "txt"];
+
+/// Every format that is read.
+pub const FORMATS: &[Format] = &[
+    Format {
+        name: "trajectory CSV",
+        extensions: &["csv"],
+        magic: b"",
+        holds: "`time_s,latitude_deg,longitude_deg,height_m,roll_deg,pitch_deg,heading_deg`, optional velocities",
+        readers: &[Reader::Trajectory(trajectory_csv::read)],
+        written: true,
+    },
+    Format {
+        name: "SBET",
+        extensions: &["out", "sbet"],
+        magic: b"",
+        holds: "17 little-endian doubles a record",
+        readers: &[Reader::Trajectory(sbet::read)],
+        written: true,
+    },
+    Format {
+        name: "LAS, LAZ",
+        extensions: &["laz", "las"],
+        magic: b"LASF",
+        holds: "points with GPS time",
+        readers: &[Reader::Laser(las::read)],
+        written: true,
+    },
+    Format {
+        name: "laser CSV",
+        extensions: &["csv"],
+        magic: b"",
+        holds: "`time_s,x_m,y_m,z_m`",
+        readers: &[Reader::Laser(laser_csv::read)],
+        written: true,
+    },
+    Format {
+        name: "soundings CSV",
+        extensions: &["csv"],
+        magic: b"",
+        holds: "`time_s,ping,beam,across_angle_deg,along_angle_deg` and `range_m` or `two_way_travel_time_s`",
+        readers: &[Reader::Soundings(soundings_csv::read)],
+        written: true,
+    },
+    Format {
+        name: "sound-speed CSV",
+        extensions: TEXT,
+        magic: b"",
+        holds: "`depth_m,sound_speed_m_s`, depth positive down from the water level",
+        readers: &[Reader::SoundSpeed(sound_speed_csv::read)],
+        written: true,
+    },
+    Format {
+        name: "attitude CSV",
+        extensions: TEXT,
+        magic: b"",
+        holds: "`time_s,roll_deg,pitch_deg,heading_deg`",
+        readers: &[Reader::Attitude(attitude_csv::read)],
+        written: true,
+    },
+    Format {
+        name: "acoustic fixes CSV",
+        extensions: TEXT,
+        magic: b"",
+        holds: "`time_s,beacon` with ranges or travel times and angles, or coordinates",
+        readers: &[Reader::Fixes(usbl_fixes_csv::read)],
+        written: true,
+    },
+    Format {
+        name: "control points CSV",
+        extensions: TEXT,
+        magic: b"",
+        holds: "`name,role`, coordinates and their standard deviations",
+        readers: &[Reader::Control(usbl_control_csv::read)],
+        written: true,
+    },
+    Format {
+        name: "rail profiles CSV",
+        extensions: TEXT,
+        magic: b"",
+        holds: "`time_s,profiler,y_m,z_m`",
+        readers: &[Reader::Profiles(rail_csv::read_profiles)],
+        written: true,
+    },
+    Format {
+        name: "rail profiles Parquet",
+        extensions: &["parquet"],
+        magic: b"PAR1",
+        holds: "the same columns (cargo feature `parquet`)",
+        readers: &[Reader::Profiles(profiles_parquet)],
+        written: false,
+    },
+    Format {
+        name: "table positions CSV",
+        extensions: TEXT,
+        magic: b"",
+        holds: "when the table rested, and at which angles",
+        readers: &[Reader::Table(rail_csv::read_table)],
+        written: true,
+    },
+];
+
+/// The extension in small letters, empty if there is none.
+pub(super) fn extension(path: &Path) -> String {
+    path.extension()
+        .map(|e| e.to_string_lossy().to_lowercase())
+        .unwrap_or_default()
+}
+
+/// The reader of a file among those that `pick` takes: by the end of its name, else by what it begins with.
+///
+/// # Errors
+/// [`FormatError`] of kind `UnknownFormat` with the formats that give the stream, of kind `Unreadable` for a file that is not there.
+fn reader<T>(path: &Path, pick: impl Fn(&Reader) -> Option<T>) -> Result<T, FormatError> {
+    let of = |format: &Format| format.readers.iter().find_map(&pick);
+    let named = extension(path);
+    let by_name = |format: &&Format| format.extensions.contains(&named.as_str());
+    if let Some(reader) = FORMATS.iter().filter(by_name).find_map(of) {
+        return Ok(reader);
+    }
+    let begin = begin_of(path)?;
+    let by_magic = |format: &&Format| !format.magic.is_empty() && begin.starts_with(format.magic);
+    FORMATS
+        .iter()
+        .filter(by_magic)
+        .find_map(of)
+        .ok_or_else(|| unknown(path, &begin, |format| of(format).is_some()))
+}
+
+/// The first bytes of a file.
+fn begin_of(path: &Path) -> Result<Vec<u8>, FormatError> {
+    let (file, _) = open(path)?;
+    let mut begin = vec![];
+    std::io::Read::read_to_end(&mut std::io::Read::take(file, 16), &mut begin)
+        .map_err(|error| FormatError::unreadable(path, &error))?;
+    Ok(begin)
+}
+
+/// A file that no format of the wanted stream claims, called by the format that it is of.
+fn unknown(path: &Path, begin: &[u8], wanted: impl Fn(&Format) -> bool) -> FormatError {
+    let is = |format: &&Format| !format.magic.is_empty() && begin.starts_with(format.magic);
+    let ends = path
+        .extension()
+        .map_or("no extension".to_owned(), |e| format!("extension {e:?}"));
+    let found = match FORMATS.iter().find(is) {
+        Some(format) => format!("{ends}, a file of format {}", format.name),
+        None if begin.is_empty() => format!("{ends}, an empty file"),
+        None => format!("{ends}, beginning with {}", quoted(begin)),
+    };
+    let known: Vec<_> = FORMATS.iter().filter(|f| wanted(f)).map(called).collect();
+    let expected = format!("one of {}", known.join(", "));
+    FormatError::new(FaultKind::UnknownFormat, path, Place::File, found, expected)
+}
+
+/// `.out or .sbet (SBET)`.
+fn called(format: &Format) -> String {
+    let dotted: Vec<_> = format.extensions.iter().map(|e| format!(".{e}")).collect();
+    format!("{} ({})", dotted.join(" or "), format.name)
+}
+
+/// Declares a door of the table: reads one stream from whatever file gives it.
+macro_rules! doors {
+    ($($(#[$doc:meta])* $name:ident, $stream:ident($($more:ident: $kind:ty),*) -> $records:ty;)*) => {$(
+        $(#[$doc])*
+        ///
+        /// # Errors
+        /// [`FormatError`] for a file of no known format and for everything the reader refuses.
+        pub fn $name(path: &Path $(, $more: $kind)*) -> Result<$records, FormatError> {
+            let read = reader(path, |reader| match reader {
+                Reader::$stream(read) => Some(*read),
+                _ => None,
+            })?;
+            read(path $(, $more)*)
+        }
+    )*};
+}
+
+doors! {
+    /// Reads a trajectory.
+    read_trajectory, Trajectory() -> TrajectoryRecords;
+    /// Reads an attitude record within the limits of a layout.
+    read_attitude, Attitude(layout: &Layout) -> AttitudeRecord;
+    /// Reads laser returns.
+    read_laser, Laser() -> LaserRecords;
+    /// Reads soundings.
+    read_soundings, Soundings() -> SoundingRecords;
+    /// Reads a sound-speed profile.
+    read_sound_speed, SoundSpeed() -> SoundSpeedProfile;
+    /// Reads acoustic fixes.
+    read_fixes, Fixes() -> FixRecords;
+    /// Reads control points.
+    read_control, Control() -> ControlRecords;
+    /// Reads the profiles of a rail survey of so many profilers.
+    read_rail_profiles, Profiles(profilers: usize) -> ProfilePoints;
+    /// Reads the positions of a measuring table.
+    read_table, Table() -> TableRecord;
+}
+
+#[cfg(feature = "parquet")]
+use super::rail_parquet::read_profiles as profiles_parquet;
+
+#[cfg(not(feature = "parquet"))]
+fn profiles_parquet(path: &Path, _: usize) -> Result<ProfilePoints, FormatError> {
+    Err(FormatError::new(
+        FaultKind::UnknownFormat,
+        path,
+        Place::File,
+        "a Parquet file, which this program was built without",
+        "CSV, or a program built with it (cargo install --path . --features parquet)",
+    ))
+}
+
+/// The table of formats as Markdown, for `docs/formats.md`.
+#[must_use]
+pub fn markdown() -> String {
+    let mut text =
+        String::from("| format | files | gives | holds | written |\n|---|---|---|---|---|\n");
+    for format in FORMATS {
+        let files: Vec<_> = format
+            .extensions
+            .iter()
+            .map(|e| format!("`.{e}`"))
+            .collect();
+        let gives: Vec<_> = format.readers.iter().map(Reader::stream).collect();
+        text.push_str(&format!(
+            "| {} | {} | {} | {} | {} |\n",
+            format.name,
+            files.join(", "),
+            gives.join(", "),
+            format.holds,
+            if format.written { "yes" } else { "no" },
+        ));
+    }
+    text
+}

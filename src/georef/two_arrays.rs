@@ -1,0 +1,227 @@
+//! The beam of a sounder whose transmit and receive arrays are mounted, and moving, each on its own.
+//!
+//! A beam lies on two cones: one about the transmit array's long axis at the time of transmission, one about the receive array's at
+//! the time of reception. With `f` the transmit axis (forward) and `s` the receive axis (starboard) in the local frame,
+//!
+//! ```text
+//! f = A(t_tx) M_t e_y,  s = A(t_rx) M_r e_x,   u.f = sin(tilt),  u.s = sin(angle),  |u| = 1
+//! q = f.s,  al = (sin c - q sin a) / (1 - q^2),  be = (sin a - q sin c) / (1 - q^2),  w = s x f / |s x f|
+//! u = al f + be s - sqrt(1 - al^2 - be^2 - 2 al be q) w
+//! ```
+//!
+//! Two arrays at right angles at one moment give the beam of [`Beam`](super::beam::Beam).
+//!
+//! Turning the transmit array about its own long axis, or the receive array about its own, changes nothing: of the six angles of two
+//! arrays two are never determined. One correction common to both arrays takes roll from the receive array, pitch from the transmit
+//! array and heading from the transmit array.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// How the two arrays stand at a beam's two moments: the attitudes and each array's rotation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArrayPair {
+    /// Body into local frame at transmission.
+    pub attitude_at_transmission: Matrix3<f64>,
+    /// Body into local frame at reception.
+    pub attitude_at_reception: Matrix3<f64>,
+    /// Transmit array into body.
+    pub transmitter: Matrix3<f64>,
+    /// Receive array into body.
+    pub receiver: Matrix3<f64>,
+}
+
+/// A unit vector in the local frame and its derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConePartials {
+    /// Direction of the beam in the local frame.
+    pub direction: Vector3<f64>,
+    /// By tilt and by receive angle, per radian.
+    pub angles: [Vector3<f64>; 2],
+    /// Columns: by one left perturbation `Exp(delta)` of both mountings in the body (pitch, roll, yaw), per radian.
+    pub correction: Matrix3<f64>,
+    /// Columns: by a left perturbation of the attitude at transmission, in the local frame, per radian.
+    pub attitude_at_transmission: Matrix3<f64>,
+    /// Columns: by a left perturbation of the attitude at reception, in the local frame, per radian.
+    pub attitude_at_reception: Matrix3<f64>,
+}
+
+impl ArrayPair {
+    /// The long axes in the local frame: transmit (forward) and receive (starboard).
+    #[must_use]
+    pub fn axes(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let transmit = self.transmitter.column(1);
+        let receive = self.receiver.column(0);
+        (
+            self.attitude_at_transmission * transmit,
+            self.attitude_at_reception * receive,
+        )
+    }
+
+    /// The beam of a tilt (radians, positive forward) and a receive angle (radians, positive to starboard), in the local frame.
+    ///
+    /// `None` when no direction below the arrays has these two angles, or the axes are parallel.
+    #[must_use]
+    pub fn direction(&self, tilt_rad: f64, angle_rad: f64) -> Option<Vector3<f64>> {
+        let (f, s) = self.axes();
+        let (sin_tilt, sin_angle) = (tilt_rad.sin(), angle_rad.sin());
+        let q = f.dot(&s);
+        let up = s.cross(&f);
+        let square = up.norm_squared();
+        let along = (sin_tilt - q * sin_angle) / square;
+        let across = (sin_angle - q * sin_tilt) / square;
+        let root = 1.0 - along * along - across * across - 2.0 * along * across * q;
+        if !(root > 0.0 && square > 1e-6) {
+            return None;
+        }
+        Some(f * along + s * across - up * (root / square).sqrt())
+    }
+
+    /// [`Self::direction`] with its derivatives, by the implicit function: `f.du`, `s.du` and `u.du` are known.
+    #[must_use]
+    pub fn partials(&self, tilt_rad: f64, angle_rad: f64) -> Option<ConePartials> {
+        let u = self.direction(tilt_rad, angle_rad)?;
+        let (f, s) = self.axes();
+        let rows = Matrix3::from_rows(&[f.transpose(), s.transpose(), u.transpose()]);
+        let solved = rows.try_inverse()?;
+        let (by_f, by_s) = (solved.column(0), solved.column(1));
+        let transmission = by_f * f.cross(&u).transpose() * -1.0;
+        let reception = by_s * s.cross(&u).transpose() * -1.0;
+        Some(ConePartials {
+            direction: u,
+            angles: [by_f * tilt_rad.cos(), by_s * angle_rad.cos()],
+            correction: transmission * self.attitude_at_transmission
+                + reception * self.attitude_at_reception,
+            attitude_at_transmission: transmission,
+            attitude_at_reception: reception,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::rotation::{exp, from_attitude};
+    use crate::georef::beam::Beam;
+
+    fn pair() -> ArrayPair {
+        ArrayPair {
+            attitude_at_transmission: from_attitude(0.06, -0.03, 1.1),
+            attitude_at_reception: from_attitude(0.05, -0.02, 1.105),
+            transmitter: from_attitude(0.02, 0.01, -0.007),
+            receiver: from_attitude(-0.03, 0.015, 0.004),
+        }
+    }
+
+    fn slope(f: impl Fn(f64) -> Vector3<f64>) -> Vector3<f64> {
+        (f(1e-6) - f(-1e-6)) / 2e-6
+    }
+
+    #[test]
+    fn the_direction_lies_on_both_cones_and_points_down() {
+        let pair = pair();
+        let (f, s) = pair.axes();
+        for (tilt, angle) in [(0.0, 0.0), (0.1, -1.1), (-0.3, 0.9)] {
+            let u = pair.direction(tilt, angle).expect("a beam");
+            assert!((u.norm() - 1.0).abs() < 1e-14);
+            assert!((u.dot(&f) - tilt.sin()).abs() < 1e-14);
+            assert!((u.dot(&s) - angle.sin()).abs() < 1e-14);
+            assert!(u.z < 0.0);
+        }
+    }
+
+    #[test]
+    fn one_head_at_one_moment_is_the_plain_beam() {
+        let attitude = from_attitude(0.06, -0.03, 1.1);
+        let mounting = from_attitude(0.3, 0.01, -0.2);
+        let pair = ArrayPair {
+            attitude_at_transmission: attitude,
+            attitude_at_reception: attitude,
+            transmitter: mounting,
+            receiver: mounting,
+        };
+        let (tilt, angle) = (0.2, -0.8);
+        let u = mounting.tr_mul(&attitude.tr_mul(&pair.direction(tilt, angle).expect("a beam")));
+        let beam = Beam::from_vector(&u);
+        assert!((beam.along_rad - tilt).abs() < 1e-14);
+        assert!((u.x - angle.sin()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn two_angles_that_no_direction_has_are_refused() {
+        assert_eq!(pair().direction(1.0, 1.0), None);
+        assert_eq!(pair().direction(f64::NAN, 0.0), None);
+        let parallel = ArrayPair {
+            receiver: from_attitude(0.0, 0.0, -std::f64::consts::FRAC_PI_2),
+            transmitter: Matrix3::identity(),
+            attitude_at_transmission: Matrix3::identity(),
+            attitude_at_reception: Matrix3::identity(),
+        };
+        assert_eq!(parallel.direction(0.0, 0.0), None);
+    }
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let (pair, tilt, angle) = (pair(), 0.12, -0.9);
+        let partials = pair.partials(tilt, angle).expect("a beam");
+        let at = |p: ArrayPair, t: f64, a: f64| p.direction(t, a).expect("a beam");
+        let by_tilt = slope(|d| at(pair, tilt + d, angle));
+        let by_angle = slope(|d| at(pair, tilt, angle + d));
+        assert!((by_tilt - partials.angles[0]).norm() < 1e-8);
+        assert!((by_angle - partials.angles[1]).norm() < 1e-8);
+        for axis in 0..3 {
+            let turn = |d: f64| exp(&Vector3::ith(axis, d));
+            let common = slope(|d| {
+                let (transmitter, receiver) = (turn(d) * pair.transmitter, turn(d) * pair.receiver);
+                at(
+                    ArrayPair {
+                        transmitter,
+                        receiver,
+                        ..pair
+                    },
+                    tilt,
+                    angle,
+                )
+            });
+            assert!((common - partials.correction.column(axis)).norm() < 1e-8);
+            let sent = slope(|d| {
+                let attitude_at_transmission = turn(d) * pair.attitude_at_transmission;
+                at(
+                    ArrayPair {
+                        attitude_at_transmission,
+                        ..pair
+                    },
+                    tilt,
+                    angle,
+                )
+            });
+            assert!((sent - partials.attitude_at_transmission.column(axis)).norm() < 1e-8);
+            let heard = slope(|d| {
+                let attitude_at_reception = turn(d) * pair.attitude_at_reception;
+                at(
+                    ArrayPair {
+                        attitude_at_reception,
+                        ..pair
+                    },
+                    tilt,
+                    angle,
+                )
+            });
+            assert!((heard - partials.attitude_at_reception.column(axis)).norm() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn an_array_may_turn_about_its_own_axis_unseen() {
+        let pair = pair();
+        let (tilt, angle) = (0.12, -0.9);
+        let u = pair.direction(tilt, angle).expect("a beam");
+        let own_roll = exp(&(pair.transmitter.column(1) * 0.1));
+        let own_pitch = exp(&(pair.receiver.column(0) * 0.1));
+        let turned = ArrayPair {
+            transmitter: own_roll * pair.transmitter,
+            receiver: own_pitch * pair.receiver,
+            ..pair
+        };
+        assert!((turned.direction(tilt, angle).expect("a beam") - u).norm() < 1e-14);
+    }
+}

@@ -1,0 +1,14 @@
+//! What recorder files are good for: put together, told in words, and held against the sounder's own solution.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`collect`] | all streams of a file in columns |
+//! | [`info`] | what a file holds and what a calibration would still need |
+//! | [`own_solution`] | our georeferencing with the installation values against the sounder's own points |
+
+pub mod collect;
+pub mod info;
+pub mod own_solution;
+
+pub use collect::Recorded;
+pub use own_solution::{Agreement, Choice, against_own_solution};

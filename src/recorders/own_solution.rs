@@ -1,0 +1,201 @@
+//! Our georeferencing with the installation values against the sounder's own points: a check of every sign on the way.
+
+use std::collections::HashMap;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::collect::Recorded;
+use crate::formats::recorder::{Array, BeamSample, Installation, Origin, Ping, Solution};
+use crate::georef::rays::Layers;
+use crate::georef::two_arrays::ArrayPair;
+use crate::observe::{Mounting, SoundSpeedProfile, Trajectory};
+
+/// Longest interval of attitude that is bridged, seconds.
+const MAX_GAP_S: f64 = 1.0;
+
+/// What may be chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Choice {
+    /// Add the offsets of the elements within a head to its place; they made the one real file at hand worse.
+    pub inner_offsets: bool,
+}
+
+/// How well the two agree; right, forward, up in the level frame turned to the solution's heading.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Agreement {
+    /// Pings compared.
+    pub pings: usize,
+    /// Beams compared.
+    pub beams: usize,
+    /// Beams without attitude at both their times, without a ray or without a direction.
+    pub left_out: usize,
+    /// Mean of ours minus the sounder's, metres.
+    pub mean_m: Vector3<f64>,
+    /// Root mean square of ours minus the sounder's, metres.
+    pub rms_m: Vector3<f64>,
+}
+
+/// Sums of differences.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    count: usize,
+    sum: Vector3<f64>,
+    squares: Vector3<f64>,
+}
+
+impl Sums {
+    fn add(&mut self, difference: &Vector3<f64>) {
+        self.count += 1;
+        self.sum += difference;
+        self.squares += difference.component_mul(difference);
+    }
+}
+
+/// Georeferences every beam that both sides hold valid, and compares. `None` when the file lacks what that needs:
+/// an installation record, attitude, a sound-speed profile, pings and solutions.
+#[must_use]
+pub fn against_own_solution(recorded: &Recorded, choice: Choice) -> Option<Agreement> {
+    let profile = recorded.profiles.first()?;
+    let profile = SoundSpeedProfile {
+        depth_m: profile.depth_m.clone(),
+        speed_m_s: profile.speed_m_s.clone(),
+    };
+    let scene = Scene {
+        installation: recorded.installations.first()?,
+        attitude: recorded.attitude_over_time(MAX_GAP_S),
+        water: Layers::new(&profile).ok()?,
+        choice,
+    };
+    let key = |number, head, time_s: f64| (number, head, (1e3 * time_s).round() as i64);
+    let own: HashMap<_, &Solution> = recorded
+        .solutions
+        .iter()
+        .map(|s| (key(s.number, s.head, s.time_s), s))
+        .collect();
+    let (mut sums, mut found) = (Sums::default(), Agreement::default());
+    for ping in &recorded.pings {
+        let Some(own) = own.get(&key(ping.number, ping.head, ping.time_s)) else {
+            continue;
+        };
+        found.pings += usize::from(scene.compare(ping, own, &mut sums, &mut found.left_out));
+    }
+    let n = (sums.count > 0).then_some(sums.count as f64)?;
+    found.beams = sums.count;
+    found.mean_m = sums.sum / n;
+    found.rms_m = (sums.squares / n).map(f64::sqrt);
+    Some(found)
+}
+
+/// What stays the same from ping to ping.
+struct Scene<'r> {
+    installation: &'r Installation,
+    attitude: Trajectory,
+    water: Layers,
+    choice: Choice,
+}
+
+/// The arrays of a ping and where its solution is counted from.
+struct Arrays {
+    transmitter: Mounting,
+    receiver: Mounting,
+}
+
+impl Scene<'_> {
+    /// Compares one ping; whether any of its beams could be.
+    fn compare(&self, ping: &Ping, own: &Solution, sums: &mut Sums, left_out: &mut usize) -> bool {
+        let before = sums.count;
+        let Some(arrays) = self.arrays(ping.head) else {
+            return false;
+        };
+        for (beam, point) in ping.beams.iter().zip(&own.points) {
+            if !(beam.valid && point.valid) {
+                continue;
+            }
+            match self.point(ping, own, &arrays, beam) {
+                Some(ours) => sums.add(&(ours - point.right_forward_up_m)),
+                None => *left_out += 1,
+            }
+        }
+        sums.count > before
+    }
+
+    fn arrays(&self, head: u32) -> Option<Arrays> {
+        let place = |array: &Array, part: usize| {
+            let Mounting {
+                rotation,
+                lever_arm_m,
+            } = array.mounted.mounting;
+            let inner_m = rotation * array.inner_m[part];
+            let wanted = if self.choice.inner_offsets { 1.0 } else { 0.0 };
+            Mounting {
+                rotation,
+                lever_arm_m: lever_arm_m + inner_m * wanted,
+            }
+        };
+        Some(Arrays {
+            transmitter: place(self.installation.transmitter(head)?, 0),
+            receiver: place(self.installation.receiver(head)?, 1),
+        })
+    }
+
+    /// Our point of a beam in the axes of the solution.
+    fn point(
+        &self,
+        ping: &Ping,
+        own: &Solution,
+        arrays: &Arrays,
+        beam: &BeamSample,
+    ) -> Option<Vector3<f64>> {
+        let sector = ping.sectors.get(usize::from(beam.sector))?;
+        let sent_s = ping.time_s + sector.delay_s;
+        let at_transmission = self.attitude.pose_at(sent_s).ok()?.rotation;
+        let at_reception = self
+            .attitude
+            .pose_at(sent_s + beam.two_way_s)
+            .ok()?
+            .rotation;
+        let pair = ArrayPair {
+            attitude_at_transmission: at_transmission,
+            attitude_at_reception: at_reception,
+            transmitter: arrays.transmitter.rotation,
+            receiver: arrays.receiver.rotation,
+        };
+        let direction = pair.direction(sector.tilt_rad, beam.angle_rad)?;
+        let depth_m = own.array_depth_m.max(0.0);
+        let launch = (direction, ping.head_speed_m_s);
+        let chord = self
+            .water
+            .chord(depth_m, launch, 0.5 * beam.two_way_s)
+            .ok()?;
+        let sender_m = at_transmission * arrays.transmitter.lever_arm_m;
+        let listener_m = at_reception * arrays.receiver.lever_arm_m;
+        let from_reference = (sender_m + listener_m) * 0.5 + chord;
+        let at_ping = self.attitude.pose_at(ping.time_s).ok()?.rotation;
+        let begin_m = self.begin(own.origin, &at_ping, &sender_m);
+        Some(turned(own.heading_rad) * (from_reference - begin_m))
+    }
+
+    /// Where the solution is counted from, seen from the reference point in the level frame, metres.
+    fn begin(
+        &self,
+        origin: Origin,
+        at_ping: &Matrix3<f64>,
+        sender_m: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        match origin {
+            Origin::ReferencePoint => Vector3::zeros(),
+            Origin::PositionSensorAndArray => {
+                let sensor = self.installation.position_sensor();
+                let arm_m = sensor.map_or(Vector3::zeros(), |s| s.mounting.lever_arm_m);
+                let sensor_m = at_ping * arm_m;
+                Vector3::new(sensor_m.x, sensor_m.y, sender_m.z)
+            }
+        }
+    }
+}
+
+/// East, north, up into right, forward, up of a heading.
+fn turned(heading_rad: f64) -> Matrix3<f64> {
+    let (sin, cos) = heading_rad.sin_cos();
+    Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
+}
