@@ -382,10 +382,11 @@ fn a_survey_s_budget_agrees_with_its_calibration() {
         serde_json::from_str(&text).expect("JSON")
     };
     let (budget, found) = (json(&budget), json(&found));
-    let reported = &found["solutions"]["joint"]["standard_deviation"];
+    let reported = &found["solutions"]["joint"]["parameters"];
     let predicted = &budget["paths"][0]["predicted"]["standard_deviation"];
-    for name in ["pitch_deg", "roll_deg", "yaw_deg", "lx_m", "ly_m", "lz_m"] {
-        let (p, r) = (predicted[name].as_f64(), reported[name].as_f64());
+    let names = ["pitch_deg", "roll_deg", "yaw_deg", "lx_m", "ly_m", "lz_m"];
+    for (k, name) in names.into_iter().enumerate() {
+        let (p, r) = (predicted[name].as_f64(), reported[k]["sigma"].as_f64());
         let (p, r) = (p.expect("a prediction"), r.expect("a sigma"));
         assert!(
             (p / r - 1.0).abs() < 0.05,

@@ -10,7 +10,7 @@ use boresight::observe::Mounting;
 use boresight::procedures::pool::Scene;
 use boresight::procedures::pool::survey;
 use boresight::report::json;
-use boresight::results::PoolResult;
+use boresight::results::Calibration;
 
 fn run(arguments: &[&str]) -> Output {
     cargo_bin_cmd!("boresight")
@@ -31,7 +31,7 @@ fn path(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
 }
 
-fn result(folder: &Path) -> PoolResult {
+fn result(folder: &Path) -> Calibration {
     json::from_slice(&std::fs::read(folder.join("result.json")).expect("result.json"))
         .expect("a result")
 }
@@ -73,7 +73,7 @@ fn the_demo_writes_a_usable_result_and_says_where() {
     assert!(found.solutions.joint_simple.is_some());
     assert_eq!(found.provenance.inputs.len(), 5);
     let joint = found.solutions.joint.expect("joint");
-    assert!(joint.estimate.covariance.is_some() && joint.quality.is_some());
+    assert!(joint.covariance.is_some() && joint.quality.is_some());
     let page = std::fs::read_to_string(out.join("report.html")).expect("report");
     assert!(page.starts_with("<!") || page.starts_with("<html"));
 
@@ -209,11 +209,7 @@ fn a_plain_wall_is_refused_naming_what_it_cannot_determine() {
     let reason = found.reason.expect("a reason");
     assert!(reason.contains("yaw") && reason.contains("lz"), "{reason}");
     let joint = found.solutions.joint.expect("joint");
-    assert!(
-        !joint.usable
-            && joint.estimate.rotation_matrix.is_none()
-            && joint.estimate.covariance.is_none()
-    );
+    assert!(!joint.usable && joint.mountings.is_empty() && joint.covariance.is_none());
 
     let output = run(&[
         "apply",
@@ -266,12 +262,12 @@ fn help_names_every_command_and_completions_print() {
 }
 
 /// A joint mounting of a result.
-fn mounting(found: &PoolResult) -> Mounting {
-    let estimate = &found.solutions.joint.as_ref().expect("joint").estimate;
-    let rows = estimate.rotation_matrix.expect("rotation");
+fn mounting(found: &Calibration) -> Mounting {
+    let found = &found.solutions.joint.as_ref().expect("joint").mountings[0];
+    let rows = found.rotation_matrix;
     Mounting {
         rotation: nalgebra::Matrix3::from_fn(|i, j| rows[i][j]),
-        lever_arm_m: estimate.lever_arm_m.expect("lever arm").into(),
+        lever_arm_m: found.lever_arm_m.expect("lever arm").into(),
     }
 }
 

@@ -1,8 +1,11 @@
 //! What every calibration has in common: the seam, what is chosen, how figures are judged and shown.
 
 pub mod choices;
+pub mod conventions;
 pub mod metric;
 pub mod quality;
 pub mod seam;
+pub mod solution;
 pub mod tried;
+pub mod truth;
 pub mod verdict;

@@ -19,7 +19,7 @@ use serde_json::Value;
 use super::choices::Method;
 use super::tried::Tried;
 use crate::formats::FormatError;
-use crate::results::{AnyResult, InputFile, Provenance, Software};
+use crate::results::{Calibration, InputFile, Page, Provenance, Software};
 use crate::survey::{ScenarioError, SurveyError};
 
 /// Seed of a calibration when the user gives none.
@@ -157,29 +157,10 @@ impl Settings {
 /// A calibration that came to its end, with or without a usable result.
 #[derive(Clone, Debug)]
 pub struct Finished {
-    /// The result and what its pictures are drawn from.
-    pub result: AnyResult,
-    /// Errors against the truth, parameter by parameter; empty when the truth is not known or nothing was found.
-    pub errors: Vec<TrueError>,
-    /// Sentences that the reader should know.
-    pub notes: Vec<String>,
-}
-
-/// Errors of one parameter against the truth, in its unit.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TrueError {
-    /// The parameter.
-    pub name: String,
-    /// Unit of all figures.
-    pub unit: String,
-    /// Error of the reference solution.
-    pub reference: Option<f64>,
-    /// Error of the joint solution.
-    pub joint: Option<f64>,
-    /// The standard deviation that the joint solution states.
-    pub sigma: Option<f64>,
-    /// Error of the simple joint solution, where there is one.
-    pub joint_simple: Option<f64>,
+    /// The content of `result.json`.
+    pub result: Calibration,
+    /// What the report shows beside it.
+    pub page: Page,
 }
 
 /// What is known of a survey before anything is solved.

@@ -22,7 +22,7 @@ use crate::procedures::pool::summary::residuals::Model;
 use crate::procedures::pool::survey;
 use crate::procedures::pool::{PoolError, Scene};
 use crate::report::json;
-use crate::results::{Estimate, ExtraParameter, PoolResult};
+use crate::results::{Calibration, Solution};
 
 /// Runs the command.
 pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
@@ -82,7 +82,7 @@ fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
     }
     let result = json::from_slice(&bytes).map_err(|e| CliError::NoResult {
         file: path.to_owned(),
-        found: format!("found {e}"),
+        found: e.to_string(),
     })?;
     let (name, found) = chosen(&result, solution);
     let refused = |found: &str| CliError::NoSolution {
@@ -90,58 +90,42 @@ fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
         name,
         found: found.to_owned(),
     };
-    let (usable, message, estimate, extra) = found.ok_or_else(|| refused("nothing"))?;
-    if !usable {
-        return Err(refused(&format!("one that is not usable ({message})")));
+    if result.procedure != "pool" {
+        return Err(refused(&format!(
+            "a result of procedure {}",
+            result.procedure
+        )));
     }
-    of_estimate(estimate, extra).ok_or_else(|| refused("one without matrices"))
+    let found = found.ok_or_else(|| refused("nothing"))?;
+    if !found.usable {
+        return Err(refused(&format!(
+            "one that is not usable ({})",
+            found.message
+        )));
+    }
+    of_solution(found).ok_or_else(|| refused("one without matrices"))
 }
 
-type Chosen<'r> = (bool, &'r str, &'r Estimate, &'r [ExtraParameter]);
-
-fn chosen(result: &PoolResult, solution: SolutionName) -> (&'static str, Option<Chosen<'_>>) {
+fn chosen(result: &Calibration, name: SolutionName) -> (&'static str, Option<&Solution>) {
     let solutions = &result.solutions;
-    match solution {
-        SolutionName::Sequential => {
-            let found = solutions.sequential.as_ref();
-            (
-                "sequential",
-                found.map(|s| (s.usable, &*s.message, &s.estimate, &[][..])),
-            )
-        }
-        SolutionName::Joint => {
-            let found = solutions.joint.as_ref();
-            (
-                "joint",
-                found.map(|s| (s.usable, &*s.message, &s.estimate, &*s.extra)),
-            )
-        }
-        SolutionName::JointSimple => {
-            let found = solutions.joint_simple.as_ref();
-            (
-                "joint_simple",
-                found.map(|s| (s.usable, &*s.message, &s.estimate, &*s.extra)),
-            )
-        }
+    match name {
+        SolutionName::Sequential => ("reference", solutions.reference.as_ref()),
+        SolutionName::Joint => ("joint", solutions.joint.as_ref()),
+        SolutionName::JointSimple => ("joint_simple", solutions.joint_simple.as_ref()),
     }
 }
 
-fn of_estimate(estimate: &Estimate, extra: &[ExtraParameter]) -> Option<Model> {
-    let value = |name: &str| {
-        extra
-            .iter()
-            .find(|e| e.name == name)
-            .and_then(|e| e.value)
-            .unwrap_or(0.0)
-    };
-    let mounting = Mounting {
-        rotation: Matrix3::from_row_iterator(estimate.rotation_matrix?.into_iter().flatten()),
-        lever_arm_m: Vector3::from(estimate.lever_arm_m?),
-    };
+fn of_solution(solution: &Solution) -> Option<Model> {
+    let value = |name: &str| solution.parameter(name).and_then(|p| p.value);
+    let mounting = solution.mountings.first()?;
+    let rotation = mounting.rotation_matrix.into_iter().flatten();
     Some(Model {
-        mounting,
-        latency_s: value("latency_s"),
-        range_scale: value("range_scale"),
+        mounting: Mounting {
+            rotation: Matrix3::from_row_iterator(rotation),
+            lever_arm_m: Vector3::from(mounting.lever_arm_m?),
+        },
+        latency_s: value("latency").unwrap_or(0.0),
+        range_scale: value("range_scale").unwrap_or(0.0),
     })
 }
 

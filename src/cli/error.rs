@@ -57,7 +57,7 @@ pub enum CliError {
         procedure: &'static str,
     },
     /// Not a result of this program.
-    #[error("{}: {found}, expected a result.json of boresight", file.display())]
+    #[error("{}: {found}", file.display())]
     NoResult {
         /// The file.
         file: PathBuf,

@@ -1,7 +1,7 @@
-//! A folder with `result.json` and `report.html`.
+//! A folder with `result.json`, `report.html` and `parameters.csv`.
 
-use super::{html, json};
-use crate::results::{PoolResult, ReportSamples, WriteError, write_whole};
+use super::{csv, html, json};
+use crate::results::{Calibration, Page, WriteError, write_whole};
 use std::path::{Path, PathBuf};
 
 /// A report could not be written.
@@ -22,31 +22,23 @@ pub struct Written {
     pub result: PathBuf,
     /// `report.html`.
     pub report: PathBuf,
+    /// `parameters.csv`.
+    pub parameters: PathBuf,
 }
 
-/// Writes `result.json` and `report.html` into `folder`, each whole or not at all; the folder is made when missing.
+/// Writes `result.json`, `report.html` and `parameters.csv` into `folder`, each whole or not at all; the folder is made when missing.
 ///
 /// # Errors
-/// [`ReportError`]; both texts are made before the first is written.
-pub fn write_all(
-    folder: &Path,
-    result: &PoolResult,
-    samples: &ReportSamples,
-) -> Result<Written, ReportError> {
-    both(
-        folder,
-        &json::to_bytes(result)?,
-        &html::render(result, samples)?,
-    )
-}
-
-/// Writes both texts, each whole or not at all.
-pub(super) fn both(folder: &Path, bytes: &[u8], page: &str) -> Result<Written, ReportError> {
+/// [`ReportError`]; all texts are made before the first is written.
+pub fn write_all(folder: &Path, result: &Calibration, page: &Page) -> Result<Written, ReportError> {
     let written = Written {
         result: folder.join("result.json"),
         report: folder.join("report.html"),
+        parameters: folder.join("parameters.csv"),
     };
-    write_whole(&written.result, bytes)?;
+    let (bytes, page) = (json::to_bytes(result)?, html::render(result, page)?);
+    write_whole(&written.result, &bytes)?;
     write_whole(&written.report, page.as_bytes())?;
+    write_whole(&written.parameters, csv::parameters(result).as_bytes())?;
     Ok(written)
 }

@@ -1,13 +1,11 @@
 //! Numbers and names as readers expect them.
 
-use crate::results::{Angles, SixFigures, SixSigmas, SixValues, Status};
+use crate::results::{SixFigures, SixValues, Status};
 
 /// One of the six parameters, with what is shown of it.
 pub struct Row {
     /// Name as in the covariance.
     pub name: &'static str,
-    /// Meaning of a positive value, body frame.
-    pub sense: &'static str,
     /// Unit shown.
     pub unit: &'static str,
 }
@@ -16,53 +14,29 @@ pub struct Row {
 pub const ROWS: [Row; 6] = [
     Row {
         name: "pitch",
-        sense: "bow up",
         unit: "deg",
     },
     Row {
         name: "roll",
-        sense: "starboard down",
         unit: "deg",
     },
     Row {
         name: "yaw",
-        sense: "counter-clockwise",
         unit: "deg",
     },
     Row {
         name: "lx",
-        sense: "to the right",
         unit: "mm",
     },
     Row {
         name: "ly",
-        sense: "forward",
         unit: "mm",
     },
     Row {
         name: "lz",
-        sense: "up",
         unit: "mm",
     },
 ];
-
-/// Angles and lever arm in the rows' units.
-pub fn shown(angles_deg: Angles, lever_m: [f64; 3]) -> [f64; 6] {
-    let [x, y, z] = lever_m.map(millimetres);
-    [angles_deg.pitch, angles_deg.roll, angles_deg.yaw, x, y, z]
-}
-
-/// Standard deviations in the rows' units.
-pub fn shown_sigmas(s: &SixSigmas) -> [f64; 6] {
-    [
-        s.pitch_deg,
-        s.roll_deg,
-        s.yaw_deg,
-        millimetres(s.lx_m),
-        millimetres(s.ly_m),
-        millimetres(s.lz_m),
-    ]
-}
 
 /// Figures in the rows' units.
 pub fn shown_figures(six: &SixFigures) -> [f64; 6] {
@@ -90,12 +64,11 @@ pub fn millimetres(metres: f64) -> f64 {
     metres * 1e3
 }
 
-/// A value in a row's unit where no sigma says how many digits count.
-pub fn plain(value: f64, unit: &str) -> String {
-    if unit == "deg" {
-        format!("{value:.4}")
-    } else {
-        format!("{value:.1}")
+/// A value where no sigma says how many digits count.
+pub fn shown(value: f64, unit: &str) -> String {
+    match unit {
+        "1" => format!("{value:.6}"),
+        _ => format!("{value:.4}"),
     }
 }
 

@@ -1,18 +1,16 @@
 //! Reports: a result as text for the terminal, as `result.json` and as a self-contained `report.html` with pictures.
 //!
-//! Recomputes nothing: what is shown stands in [`PoolResult`](crate::results::PoolResult) or in
-//! [`ReportSamples`](crate::results::ReportSamples).
+//! Recomputes nothing and knows no procedure: what is shown stands in [`Calibration`](crate::results::Calibration) or in
+//! [`Page`](crate::results::Page), which holds a procedure's own section.
 
-pub mod any;
 pub mod budget;
-pub mod conventions;
+pub mod card;
+pub mod csv;
 pub mod html;
 pub mod json;
 pub mod named_budget;
 pub mod plan;
-pub mod rail;
 pub mod text;
-pub mod usbl;
 
 mod budget_headline;
 mod files;
@@ -25,5 +23,3 @@ pub use files::{ReportError, Written, write_all};
 pub use headline::{SIGNIFICANCE, headline};
 pub use named_budget::{WrittenNamedBudget, write_named_budget};
 pub use plan::{WrittenPlan, write_plan};
-pub use rail::write_rail;
-pub use usbl::write_usbl;

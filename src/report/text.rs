@@ -1,32 +1,40 @@
-//! The summary for the terminal.
+//! The summary for the terminal; no line is wider than 80 columns.
 
-use super::format::{ROWS, grouped, in_order, plain, shown, shown_sigmas, status};
-use super::headline;
+use super::card::{Card, card};
+use super::format::{grouped, shown, status};
+use super::headline::{difference, headline};
 use crate::results::{
-    Estimate, JointSolution, PoolResult, Quality, SensorCounts, SequentialSolution, SixSigmas,
+    AgainstTruth, Calibration, Page, Parameter, Quality, SensorCounts, Solution, TextTable,
 };
 use crate::units::with_sigma;
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
-use std::fmt::Write;
 
-/// A summary of some thirty lines: verdict, both paths side by side, the mounting to enter, ends, tests, weak directions, counts.
-/// Ends with a newline.
+/// Widest line, columns.
+const WIDTH: usize = 80;
+
+/// The summary: verdict and values to enter first, then both paths side by side, how they ended, what the procedure adds, tests, counts
+/// and notes. Ends with a newline.
 #[must_use]
-pub fn summary(result: &PoolResult) -> String {
-    let mut text = format!("{}\n", headline(result));
-    paragraph(&mut text, &corrections(result));
-    paragraph(&mut text, &mounting(result));
-    paragraph(&mut text, &ends(result));
-    if let Some(quality) = result
-        .solutions
-        .joint
-        .as_ref()
-        .and_then(|joint| joint.quality.as_ref())
-    {
-        paragraph(&mut text, &tests(quality));
-    }
-    paragraph(&mut text, &counts(result));
-    text
+pub fn summary(result: &Calibration, page: &Page) -> String {
+    let joint = result.solutions.joint.as_ref();
+    let quality = joint.and_then(|joint| joint.quality.as_ref());
+    let mut parts = vec![
+        wrapped(&headline(result)),
+        card(result).map_or_else(String::new, |card| values(&card)),
+        corrections(result),
+        result
+            .comparison
+            .as_ref()
+            .map_or_else(String::new, |c| wrapped(&difference(c))),
+        ends(result),
+    ];
+    parts.extend(page.tables.iter().map(own));
+    parts.push(quality.map_or_else(String::new, tests));
+    parts.push(counts(result));
+    parts.push(notes(&result.notes));
+    parts.extend(page.against_truth.as_ref().map(against_truth));
+    let filled = parts.iter().map(|p| p.trim_end()).filter(|p| !p.is_empty());
+    filled.collect::<Vec<_>>().join("\n\n") + "\n"
 }
 
 /// An empty table for the terminal with lines above, below and under its header only.
@@ -37,143 +45,148 @@ pub fn ruled_table() -> Table {
     table
 }
 
-fn paragraph(text: &mut String, lines: &str) {
-    if !lines.is_empty() {
-        text.push('\n');
-        text.push_str(lines.trim_end());
-        text.push('\n');
+/// Names to the left, everything else to the right.
+fn aligned(mut table: Table) -> String {
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
     }
-}
-
-/// One column of the table: a path's name and its six values.
-struct Column {
-    title: &'static str,
-    values: [String; 6],
-}
-
-fn corrections(result: &PoolResult) -> String {
-    let columns: Vec<Column> = columns(result);
-    if columns.is_empty() {
-        return String::new();
-    }
-    let mut table = ruled_table();
-    table.set_header(
-        ["correction".to_string()]
-            .into_iter()
-            .chain(columns.iter().map(|column| column.title.into())),
-    );
-    for (place, row) in ROWS.iter().enumerate() {
-        let label = format!("{} ({}), {}", row.name, row.sense, row.unit);
-        table.add_row(
-            [label]
-                .into_iter()
-                .chain(columns.iter().map(|column| column.values[place].clone())),
-        );
-    }
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|column| column.set_cell_alignment(CellAlignment::Right));
     table.trim_fmt()
 }
 
-fn columns(result: &PoolResult) -> Vec<Column> {
-    let s = &result.solutions;
-    let sequential = s
-        .sequential
-        .as_ref()
-        .filter(|s| s.usable)
-        .and_then(|s| column("sequential", &s.estimate, None));
-    let joint = s
-        .joint
-        .as_ref()
-        .and_then(|j| joint_column("joint ± 1 sigma", j));
-    let simple = s
-        .joint_simple
-        .as_ref()
-        .and_then(|j| joint_column("simple joint ± 1 sigma", j));
-    let difference = result.comparison.as_ref().map(|comparison| Column {
-        title: "sequential - joint, in sigmas of joint",
-        values: in_order(&comparison.in_joint_sigmas).map(|sigmas| format!("{sigmas:.1}")),
-    });
-    [sequential, joint, simple, difference]
-        .into_iter()
-        .flatten()
-        .collect()
-}
-
-fn joint_column(title: &'static str, joint: &JointSolution) -> Option<Column> {
-    let joint = Some(joint).filter(|joint| joint.usable)?;
-    column(title, &joint.estimate, joint.standard_deviation.as_ref())
-}
-
-fn column(title: &'static str, estimate: &Estimate, sigmas: Option<&SixSigmas>) -> Option<Column> {
-    let values = shown(estimate.correction_deg?, estimate.lever_arm_correction_m?);
-    let sigmas = sigmas.map(shown_sigmas);
-    let text = |place: usize| match &sigmas {
-        Some(sigmas) => with_sigma(values[place], sigmas[place]),
-        None => plain(values[place], ROWS[place].unit),
-    };
-    Some(Column {
-        title,
-        values: std::array::from_fn(text),
-    })
-}
-
-fn mounting(result: &PoolResult) -> String {
-    let s = &result.solutions;
-    let joint = s.joint.as_ref().map(|joint| ("joint", &joint.estimate));
-    let sequential = s
-        .sequential
-        .as_ref()
-        .map(|sequential| ("sequential", &sequential.estimate));
-    let Some((path, estimate)) = joint.or(sequential).filter(|_| result.usable) else {
-        return String::new();
-    };
-    let (Some(m), Some([x, y, z])) = (estimate.mounting_deg, estimate.lever_arm_m) else {
-        return String::new();
-    };
-    format!(
-        "mounting ({path}): roll {:.4}, pitch {:.4}, heading {:.4} deg; lever arm {x:.4}, {y:.4}, {z:.4} m (right, forward, up)",
-        m.roll, m.pitch, m.heading
-    )
-}
-
-fn ends(result: &PoolResult) -> String {
-    let s = &result.solutions;
-    let mut lines = String::new();
-    let sequential = s.sequential.as_ref().map(sequential_end);
-    let joint = s
-        .joint
-        .as_ref()
-        .map(|joint| end("joint", status(joint.status), joint.usable, &joint.message));
-    let simple = s.joint_simple.as_ref().map(|joint| {
-        end(
-            "simple joint",
-            status(joint.status),
-            joint.usable,
-            &joint.message,
-        )
-    });
-    for line in [sequential, joint, simple].into_iter().flatten() {
-        lines.push_str(&line);
+/// Broken between words; lines after the first are indented.
+fn wrapped(sentence: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in sentence.split(' ') {
+        let last = lines.last().map_or(0, |l| l.chars().count());
+        if last > 0 && last + 1 + word.chars().count() > WIDTH {
+            lines.push(format!("  {word}"));
+        } else if let Some(line) = lines.last_mut() {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
     }
-    lines
+    lines.join("\n")
 }
 
-fn sequential_end(s: &SequentialSolution) -> String {
-    end(
-        &format!("sequential ({})", s.variant),
-        status(s.status),
-        s.usable,
-        &s.message,
-    )
+fn values(card: &Card) -> String {
+    let mut table = ruled_table();
+    table.set_header(["", "before", "after", "sigma", "positive"]);
+    for row in &card.rows {
+        table.add_row([
+            titled(&row.name, &row.unit),
+            row.before.clone(),
+            row.after.clone(),
+            row.sigma.clone(),
+            row.positive.clone(),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(1).take(3) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    let from = words(card.solution);
+    format!("Enter these values ({from} solution)\n{}", table.trim_fmt())
 }
 
-fn end(path: &str, status: &str, usable: bool, message: &str) -> String {
-    let usable = if usable { "" } else { ", not usable" };
-    let colon = if message.is_empty() { "" } else { ": " };
-    format!("{path}: {status}{usable}{colon}{message}\n")
+fn titled(name: &str, unit: &str) -> String {
+    if unit.is_empty() || unit == "1" {
+        name.to_owned()
+    } else {
+        format!("{name}, {unit}")
+    }
+}
+
+/// A solution's name as people say it.
+fn words(solution: &str) -> &str {
+    match solution {
+        SIMPLE => "simple joint",
+        other => other,
+    }
+}
+
+/// Every solution's corrections side by side.
+fn corrections(result: &Calibration) -> String {
+    let usable = |(_, s): &(&str, &Solution)| s.usable && !s.parameters.is_empty();
+    let shown: Vec<_> = result.solutions.named().filter(usable).collect();
+    let Some((_, widest)) = shown.iter().max_by_key(|(_, s)| s.parameters.len()) else {
+        return String::new();
+    };
+    let mut header = vec!["correction".to_owned()];
+    header.extend(shown.iter().map(|(name, s)| column(name, s)));
+    if result.comparison.is_some() {
+        header.push("diff., sigmas".to_owned());
+    }
+    let mut table = ruled_table();
+    table.set_header(header);
+    for parameter in &widest.parameters {
+        let mut row = vec![titled(&parameter.name, &parameter.unit)];
+        row.extend(
+            shown
+                .iter()
+                .map(|(name, s)| cell(s.parameter(&parameter.name), *name != SIMPLE)),
+        );
+        row.extend(result.comparison.as_ref().map(|c| {
+            let own = c.differences.iter().find(|d| d.name == parameter.name);
+            own.map_or_else(String::new, |d| format!("{:.1}", d.in_joint_sigmas))
+        }));
+        table.add_row(row);
+    }
+    aligned(table)
+}
+
+/// The solution that is for research: its sigmas are too small, and three columns with sigmas do not fit.
+const SIMPLE: &str = "joint_simple";
+
+fn column(name: &str, solution: &Solution) -> String {
+    let sigmas = solution.covariance.is_some() && name != SIMPLE;
+    format!("{}{}", words(name), if sigmas { " ± 1 sigma" } else { "" })
+}
+
+fn cell(parameter: Option<&Parameter>, with_sigmas: bool) -> String {
+    let Some(p) = parameter else {
+        return String::new();
+    };
+    match (p.correction, p.sigma.filter(|_| with_sigmas)) {
+        (Some(value), Some(sigma)) => with_sigma(value, sigma),
+        (Some(value), None) if p.note.is_empty() => shown(value, &p.unit),
+        (Some(value), None) => format!("{} ({})", shown(value, &p.unit), p.note),
+        _ => "-".to_owned(),
+    }
+}
+
+fn ends(result: &Calibration) -> String {
+    let line = |(name, s): (&str, &Solution)| {
+        let usable = if s.usable { "" } else { ", not usable" };
+        let said = result.reason.as_deref() == Some(s.message.as_str());
+        let message = if s.message.is_empty() || said {
+            String::new()
+        } else {
+            format!(": {}", s.message)
+        };
+        wrapped(&format!(
+            "{} solution: {}{usable}{message}",
+            words(name),
+            status(s.status)
+        ))
+    };
+    let all: Vec<String> = result.solutions.named().map(line).collect();
+    all.join("\n")
+}
+
+/// A table of the procedure's own.
+fn own(of: &TextTable) -> String {
+    let mut parts = vec![];
+    if !of.rows.is_empty() {
+        let mut table = ruled_table();
+        table.set_header(&of.header);
+        for row in &of.rows {
+            table.add_row(row);
+        }
+        parts.push(aligned(table));
+    }
+    parts.extend(of.lines.iter().map(|line| wrapped(line)));
+    parts.join("\n")
 }
 
 fn tests(quality: &Quality) -> String {
@@ -183,26 +196,29 @@ fn tests(quality: &Quality) -> String {
         ("", false) => "failed".into(),
         (why, _) => format!("void: {why}"),
     };
-    let mut lines = format!(
-        "global test: {verdict}; variance factor {:.4}, {:.0} % interval {:.4} to {:.4}, {} degrees of freedom\n",
+    let mut lines = vec![wrapped(&format!(
+        "global test: {verdict}; variance factor {:.4}, {:.0} % interval {:.4} to {:.4}, {} degrees of freedom",
         t.statistic,
         100.0 * (1.0 - t.significance),
         t.lower,
         t.upper,
         grouped(quality.degrees_of_freedom)
+    ))];
+    let weak = &quality.observability.weak;
+    lines.extend(
+        weak.iter()
+            .map(|w| wrapped(&format!("weakly determined: {}", w.text))),
     );
-    for weak in &quality.observability.weak {
-        let _ = writeln!(lines, "weakly determined: {}", weak.text);
-    }
-    lines
+    lines.join("\n")
 }
 
-fn counts(result: &PoolResult) -> String {
-    let soundings = counted("soundings", &result.counts.soundings);
-    format!(
-        "{soundings}{}",
-        counted("laser returns", &result.counts.returns)
-    )
+fn counts(result: &Calibration) -> String {
+    let all: Vec<String> = result
+        .counts
+        .iter()
+        .map(|(name, c)| counted(name, c))
+        .collect();
+    all.join("\n")
 }
 
 fn counted(sensor: &str, counts: &SensorCounts) -> String {
@@ -214,11 +230,70 @@ fn counted(sensor: &str, counts: &SensorCounts) -> String {
     let rejected = if reasons.is_empty() {
         String::new()
     } else {
-        format!("; rejected: {}", reasons.join(", "))
+        format!("; not used: {}", reasons.join(", "))
     };
-    format!(
-        "{sensor}: {} used of {}{rejected}\n",
+    wrapped(&format!(
+        "{sensor}: {} used of {}{rejected}",
         grouped(counts.used),
         grouped(counts.read)
-    )
+    ))
+}
+
+fn notes(notes: &[String]) -> String {
+    let lines: Vec<String> = notes
+        .iter()
+        .map(|note| wrapped(&format!("Note: {note}.")))
+        .collect();
+    lines.join("\n")
+}
+
+/// Each path's errors, the joint one's also in its own standard deviations; empty when nothing was found.
+#[must_use]
+pub fn against_truth(found: &AgainstTruth) -> String {
+    let any = |of: fn(&crate::results::TruthRow) -> Option<f64>| {
+        found.rows.iter().any(|r| of(r).is_some())
+    };
+    let simple = any(|r| r.joint_simple);
+    if !any(|r| r.reference) && !any(|r| r.joint) {
+        return String::new();
+    }
+    let mut header = vec!["error against the truth", "reference", "joint", "in sigmas"];
+    header.extend(simple.then_some("simple joint"));
+    let mut table = ruled_table();
+    table.set_header(header);
+    for row in &found.rows {
+        let number = |v: Option<f64>| v.map_or_else(String::new, |v| signed(v, &row.unit));
+        let sigmas = row
+            .joint_in_sigmas
+            .map_or_else(String::new, |s| format!("{s:+.1}"));
+        let mut cells = vec![
+            titled(&row.name, &row.unit),
+            number(row.reference),
+            number(row.joint),
+            sigmas,
+        ];
+        cells.extend(simple.then(|| number(row.joint_simple)));
+        table.add_row(cells);
+    }
+    aligned(table)
+}
+
+fn signed(value: f64, unit: &str) -> String {
+    if unit == "1" {
+        format!("{value:+.7}")
+    } else {
+        format!("{value:+.5}")
+    }
+}
+
+#[cfg(test)]
+mod tests_of_lines {
+    use super::*;
+
+    #[test]
+    fn a_long_sentence_is_broken_between_words() {
+        let text = wrapped(&"word ".repeat(40));
+        assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
+        assert_eq!(text.matches("word").count(), 40);
+    }
 }

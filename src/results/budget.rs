@@ -6,10 +6,27 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{SixValues, Software, SwathResult};
+use super::{Software, SwathResult};
 
 /// Version of [`BudgetResult`]'s form.
 pub const BUDGET_FORMAT_VERSION: u32 = 1;
+
+/// One number for each of the six parameters, in the unit that its field states.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct SixValues {
+    /// About x.
+    pub pitch: f64,
+    /// About y.
+    pub roll: f64,
+    /// About z.
+    pub yaw: f64,
+    /// Along x (right).
+    pub lx: f64,
+    /// Along y (forward).
+    pub ly: f64,
+    /// Along z (up).
+    pub lz: f64,
+}
 
 /// `result.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

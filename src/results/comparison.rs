@@ -1,42 +1,40 @@
-//! The paths against each other.
+//! The reference solution against the joint one.
 
-use super::{Angles, SixValues};
 use serde::{Deserialize, Serialize};
 
-/// Sequential minus joint.
+/// Reference minus joint, parameter by parameter and together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
-    /// The solution whose covariance is the measure, `joint`.
-    pub reference: String,
-    /// Sequential minus reference.
-    pub difference: Difference,
-    /// The difference in one sigma of the reference, which is not the sigma of the difference.
-    pub in_joint_sigmas: SixValues,
-    /// The difference in the metric of the reference's covariance, 6 degrees of freedom.
+    /// One entry per parameter that both paths determine.
+    pub differences: Vec<Difference>,
+    /// All differences together in the metric of the joint solution's covariance.
     pub chi_square: f64,
+    /// Its degrees of freedom: the number of parameters compared that were not held.
+    pub degrees_of_freedom: u32,
     /// Probability of a larger value by chance.
     pub p_value: f64,
-    /// RMS of the soundings' distances from their faces.
-    pub residual_rms_m: ResidualRms,
 }
 
-/// A difference of two mountings.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+impl Comparison {
+    /// The parameter that differs most, in sigmas of the joint solution.
+    #[must_use]
+    pub fn largest(&self) -> Option<&Difference> {
+        let size = |d: &&Difference| d.in_joint_sigmas.abs();
+        self.differences
+            .iter()
+            .max_by(|a, b| size(a).total_cmp(&size(b)))
+    }
+}
+
+/// The reference solution minus the joint one, for one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Difference {
-    /// Rotation vector in the body frame, degrees.
-    pub correction_deg: Angles,
-    /// Lever arm, body frame, metres.
-    pub lever_arm_m: [f64; 3],
-}
-
-/// RMS of the used soundings' residuals along the faces' normals, metres, the same soundings for every path.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ResidualRms {
-    /// Reference path.
-    pub sequential: f64,
-    /// Joint path.
-    pub joint: f64,
-    /// Simple joint path, where it ran.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub joint_simple: Option<f64>,
+    /// The parameter's name.
+    pub name: String,
+    /// Unit of the difference.
+    pub unit: String,
+    /// Reference minus joint; for angles the rotation between the two mountings, body frame.
+    pub difference: f64,
+    /// The same in one sigma of the joint solution, which is not the sigma of the difference; 0 where the parameter was held.
+    pub in_joint_sigmas: f64,
 }

@@ -1,8 +1,7 @@
 //! The solution of one path.
 
-use super::{Matrix3, Matrix6, Quality};
+use super::{Matrix3, Quality};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// How a path ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,22 +19,109 @@ pub enum Status {
     Refused,
 }
 
-/// Mounting of the multibeam, found by any path. All `None` when refused.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    /// Mounting rotation, sonar frame to body frame (x right, y forward, z up), by rows.
-    pub rotation_matrix: Option<Matrix3>,
-    /// The same as angles in the sense of a survey file, degrees.
-    pub mounting_deg: Option<MountingAngles>,
+/// What one path found, by name. A refused one has neither parameters nor matrices.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Solution {
+    /// How it ended; a reference path that `stalled` counts as usable.
+    pub status: Status,
+    /// Whether the numbers may be used.
+    pub usable: bool,
+    /// The end in words, empty when there is nothing to say.
+    pub message: String,
+    /// The parameters sought; those of a mounting stand together as pitch, roll, yaw, lx, ly, lz.
+    pub parameters: Vec<Parameter>,
+    /// Covariance in the parameters' order: rad, m, s, 1; left perturbation in the body frame. `None` for a path that has none.
+    pub covariance: Option<Vec<Vec<f64>>>,
+    /// Correlations in the same order.
+    pub correlation: Option<Vec<Vec<f64>>>,
+    /// The same mountings as matrices and angles.
+    pub mountings: Vec<MountingResult>,
+    /// Every iteration of an adjustment.
+    pub convergence: Vec<Iteration>,
+    /// Tests, reliability, what the data determine; `None` when nothing was adjusted.
+    pub quality: Option<Quality>,
+    /// What only this path of this procedure has.
+    #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
+    pub details: serde_json::Value,
+}
+
+impl Solution {
+    /// A path without a result.
+    #[must_use]
+    pub fn without_result(status: Status, message: String) -> Self {
+        Self {
+            status,
+            usable: false,
+            message,
+            parameters: vec![],
+            covariance: None,
+            correlation: None,
+            mountings: vec![],
+            convergence: vec![],
+            quality: None,
+            details: serde_json::Value::Null,
+        }
+    }
+
+    /// A parameter by its name.
+    #[must_use]
+    pub fn parameter(&self, name: &str) -> Option<&Parameter> {
+        self.parameters.iter().find(|p| p.name == name)
+    }
+}
+
+/// One parameter of a solution.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// Such as `roll` or `left head yaw`.
+    pub name: String,
+    /// Unit of all its numbers: `deg`, `m`, `s`, or `1` for a ratio.
+    pub unit: String,
+    /// What a positive value means; empty where that says nothing.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub positive: String,
+    /// Estimate; `None` when not determined or not sought by this path. For pitch, roll and yaw the mounting angle of a survey file (yaw
+    /// is minus the heading), which does not grow by exactly the correction: rotations do not add.
+    pub value: Option<f64>,
+    /// The same before the calibration.
+    pub nominal: Option<f64>,
+    /// What the calibration changes: for pitch, roll and yaw the components of `log(R R_nominal^T)` in the body frame, else value minus
+    /// nominal.
+    pub correction: Option<f64>,
+    /// One sigma of the correction; `None` when held or where the path has none.
+    pub sigma: Option<f64>,
+    /// Whether the path determined it; a parameter that was held at its nominal value was not.
+    pub determined: bool,
+    /// What the reader should know, empty without.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub note: String,
+}
+
+/// Where a sensor sits: its mounting before and after.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MountingResult {
+    /// The sensor, such as `multibeam`.
+    pub name: String,
+    /// Rotation, sensor frame to body frame (x right, y forward, z up), by rows.
+    pub rotation_matrix: Matrix3,
+    /// The same before the calibration.
+    pub nominal_rotation_matrix: Matrix3,
+    /// The rotation as angles in the sense of a survey file, degrees.
+    pub mounting_deg: MountingAngles,
+    /// The same before the calibration.
+    pub nominal_mounting_deg: MountingAngles,
+    /// One sigma of each mounting angle (not of the correction's components, whose axes differ), degrees.
+    pub mounting_sigma_deg: Option<MountingAngles>,
     /// `log(R R_nominal^T)` in the body frame, degrees.
-    pub correction_deg: Option<Angles>,
-    /// Lever arm from the INS centre to the multibeam, body frame, metres.
+    pub correction_deg: Angles,
+    /// Lever arm from the body's origin to the sensor, body frame, metres; `None` where the procedure seeks none.
     pub lever_arm_m: Option<[f64; 3]>,
-    /// Lever arm minus the nominal one, body frame, metres.
+    /// The same before the calibration.
+    pub nominal_lever_arm_m: Option<[f64; 3]>,
+    /// Lever arm minus the nominal one.
     pub lever_arm_correction_m: Option<[f64; 3]>,
-    /// Covariance of pitch, roll, yaw (rad) and lx, ly, lz (m), left perturbation in the body frame; `None` for the sequential path,
-    /// which has none.
-    pub covariance: Option<Matrix6>,
+    /// One sigma of each component; 0 for one that was held.
+    pub lever_arm_sigma_m: Option<[f64; 3]>,
 }
 
 /// Mounting angles, degrees: `R = Rz(-heading) Rx(pitch) Ry(roll)`; roll positive starboard down, pitch positive bow up, heading clockwise.
@@ -60,111 +146,9 @@ pub struct Angles {
     pub yaw: f64,
 }
 
-/// One number for each of the six parameters, in the unit that its field states.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct SixValues {
-    /// About x.
-    pub pitch: f64,
-    /// About y.
-    pub roll: f64,
-    /// About z.
-    pub yaw: f64,
-    /// Along x (right).
-    pub lx: f64,
-    /// Along y (forward).
-    pub ly: f64,
-    /// Along z (up).
-    pub lz: f64,
-}
-
-/// Standard deviations of the six parameters, one sigma.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct SixSigmas {
-    /// About x, degrees.
-    pub pitch_deg: f64,
-    /// About y, degrees.
-    pub roll_deg: f64,
-    /// About z, degrees.
-    pub yaw_deg: f64,
-    /// Along x, metres.
-    pub lx_m: f64,
-    /// Along y, metres.
-    pub ly_m: f64,
-    /// Along z, metres.
-    pub lz_m: f64,
-}
-
-/// Solution of the reference path.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SequentialSolution {
-    /// Which variant ran: `literal` or `projected`, with `, repeated` where angles and offsets were repeated in turn.
-    pub variant: String,
-    /// How it ended; `stalled` counts as usable.
-    pub status: Status,
-    /// Whether the numbers may be used.
-    pub usable: bool,
-    /// The end in words, empty when there is nothing to say.
-    pub message: String,
-    /// The mounting.
-    #[serde(flatten)]
-    pub estimate: Estimate,
-    /// Every pass.
-    pub iterations: Vec<SequentialIteration>,
-}
-
-/// One pass of the reference path.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SequentialIteration {
-    /// From 0, the mounting as given; pass k is the mounting after k corrections.
-    pub pass: u32,
-    /// Angle between the scanner's and the multibeam's normal under this mounting, by plane (`P1` to `P4`), degrees.
-    pub angle_deg: BTreeMap<String, f64>,
-    /// Correction of this mounting, body frame.
-    pub correction_deg: Angles,
-}
-
-/// Solution of a joint path.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct JointSolution {
-    /// How it ended.
-    pub status: Status,
-    /// Whether the numbers may be used.
-    pub usable: bool,
-    /// The end in words, empty when there is nothing to say.
-    pub message: String,
-    /// The mounting with its covariance.
-    #[serde(flatten)]
-    pub estimate: Estimate,
-    /// One sigma of each parameter.
-    pub standard_deviation: Option<SixSigmas>,
-    /// Correlations in the covariance's order.
-    pub correlation: Option<Matrix6>,
-    /// Further calibration parameters: latency, range scale.
-    pub extra: Vec<ExtraParameter>,
-    /// Every iteration.
-    pub iterations: Vec<JointIteration>,
-    /// Quality figures; `None` when nothing was solved.
-    pub quality: Option<Quality>,
-}
-
-/// A calibration parameter beside the six.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ExtraParameter {
-    /// `latency_s`, `range_scale`.
-    pub name: String,
-    /// Estimate; `None` when not observable.
-    pub value: Option<f64>,
-    /// One sigma; `None` when not observable.
-    pub standard_deviation: Option<f64>,
-    /// Unit of both, `1` for a ratio.
-    pub unit: String,
-    /// Whether the data determine it.
-    pub observable: bool,
-}
-
-/// One step of the joint path.
+/// One step of an adjustment, or all steps of one round where only the last is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct JointIteration {
+pub struct Iteration {
     /// Round of association, from 1.
     pub outer: u32,
     /// Step inside the round, from 1.
@@ -173,6 +157,6 @@ pub struct JointIteration {
     pub cost: f64,
     /// Largest change of a parameter in its own sigma.
     pub largest_step_in_sigma: f64,
-    /// Soundings that changed their face before this step.
+    /// Observations that changed what they are tied to before this step.
     pub reassigned: u64,
 }

@@ -59,7 +59,7 @@ pub struct PathSwath {
     /// Where the covariance is from.
     pub origin: CovarianceOrigin,
     /// Covariance of pitch, roll, yaw (rad), lx, ly, lz (m).
-    pub covariance: super::Matrix6,
+    pub covariance: [[f64; 6]; 6],
     /// Depths in ascending order.
     pub depths: Vec<SwathDepth>,
 }

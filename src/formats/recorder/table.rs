@@ -71,7 +71,7 @@ pub fn recorder_of(head: &[u8]) -> Option<&'static Recorder> {
 /// # Errors
 /// [`FormatError`] when it cannot be read or no reader knows it.
 pub fn read(path: &Path, sink: &mut dyn Sink) -> Result<Summary, FormatError> {
-    let extension = path.extension().map(|e| e.to_ascii_lowercase());
+    let extension = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     if extension.is_some_and(|e| e == "sbet" || e == "out") {
         return read_sbet(path, sink);
     }

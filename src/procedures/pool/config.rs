@@ -16,6 +16,18 @@ pub enum Variant {
     Projected,
 }
 
+impl Variant {
+    /// `literal` or `projected`, with `, repeated` where angles and offsets are repeated in turn.
+    #[must_use]
+    pub fn in_words(self, repeated: bool) -> String {
+        let name = match self {
+            Self::Literal => "literal",
+            Self::Projected => "projected",
+        };
+        format!("{name}{}", if repeated { ", repeated" } else { "" })
+    }
+}
+
 /// The `[sequential]` section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -94,6 +94,19 @@ pub struct JointOutcome {
     pub judgement: Option<Judgement>,
 }
 
+impl JointOutcome {
+    /// Columns of the parameters sought: the mounting's six, latency and range scale where they are unknowns.
+    #[must_use]
+    pub fn columns(&self) -> Vec<usize> {
+        let x = &self.solution.estimate.parameters;
+        let mounting = &self.blocks.mounting;
+        let (turn, arm) = (x.offset(mounting.rotation), x.offset(mounting.lever_arm));
+        let extra = [self.blocks.latency, self.blocks.range_scale];
+        let extra = extra.into_iter().flatten().map(|id| x.offset(id));
+        (turn..turn + 3).chain(arm..arm + 3).chain(extra).collect()
+    }
+}
+
 /// What the engine says of the last adjustment.
 #[derive(Debug)]
 pub struct Judgement {

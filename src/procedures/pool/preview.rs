@@ -1,6 +1,7 @@
 //! What a survey will determine, before anything is solved: what lies on the target, from where, and what would help.
 
 use nalgebra::Matrix6;
+use serde::Serialize;
 
 use super::config::JointConfig;
 use super::coverage::Coverage;
@@ -12,7 +13,6 @@ use super::ties::{self, TieSet};
 use super::verdict::{Refusal, undetermined_by};
 use crate::matching::{Patches, Water};
 use crate::observe::Campaign;
-use crate::results::SixSigmas;
 use crate::target::{Role, Target};
 
 /// Distances whose quotient is below this count as one distance.
@@ -59,13 +59,30 @@ pub struct Preview {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Predicted {
     /// One sigma of each of the six; a held one has 0.
-    pub sigmas: SixSigmas,
+    pub sigmas: ExpectedSigmas,
     /// Those beyond the configured limits, with their sigma: not determined.
     pub undetermined: Vec<String>,
     /// Correlation of yaw and the along-track lever arm.
     pub yaw_ly: f64,
     /// Pairs correlated beyond 0.95, with the correlation.
     pub inseparable: Vec<(&'static str, &'static str, f64)>,
+}
+
+/// Standard deviations that a survey promises, one sigma.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct ExpectedSigmas {
+    /// About x, degrees.
+    pub pitch_deg: f64,
+    /// About y, degrees.
+    pub roll_deg: f64,
+    /// About z, degrees.
+    pub yaw_deg: f64,
+    /// Along x, metres.
+    pub lx_m: f64,
+    /// Along y, metres.
+    pub ly_m: f64,
+    /// Along z, metres.
+    pub lz_m: f64,
 }
 
 impl Predicted {
@@ -78,7 +95,7 @@ impl Predicted {
             (r.abs() > 0.95).then_some((SIX[i], SIX[j], r))
         });
         Self {
-            sigmas: SixSigmas {
+            sigmas: ExpectedSigmas {
                 pitch_deg: sigma(0).to_degrees(),
                 roll_deg: sigma(1).to_degrees(),
                 yaw_deg: sigma(2).to_degrees(),

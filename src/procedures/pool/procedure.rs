@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use nalgebra::{Matrix3, Vector3, Vector6};
 use serde_json::Value;
 
 use super::check::checked;
@@ -12,11 +11,9 @@ use super::survey::{LoadedSurvey, ScenarioFile, load, scenario, write_survey};
 use super::{PoolInput, calibrate};
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
-    Simulated, TrueError, Uses, make_folder, provenance, read_truth,
+    Simulated, Uses, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
-use crate::geometry::rotation;
-use crate::results::{self, Angles, AnyResult, Estimate, PoolResult};
 use crate::simulate::{DEMO, Simulated as Survey, Truth, simulate};
 
 /// A multibeam against a target in a pool that a laser scanner sees too.
@@ -79,14 +76,9 @@ impl Loaded for LoadedSurvey {
             returns: self.counts.laser_dropped as u64,
         };
         let provenance = provenance(&file, &self.inputs, settings)?;
-        let result = summary::result(&outcome, &input, dropped, provenance);
-        let samples = summary::samples(&outcome, &file.name, truth.as_ref().map(for_page));
-        let notes = self.notes.iter().chain(&outcome.scene.notes);
-        Ok(Finished {
-            errors: truth.map_or_else(Vec::new, |truth| errors(&result, &truth)),
-            notes: notes.cloned().collect(),
-            result: AnyResult::Pool(Box::new(result), Box::new(samples)),
-        })
+        let result = summary::result(&outcome, &input, dropped, &self.notes, provenance)?;
+        let page = summary::page(&outcome, &result, &file.name, truth.as_ref())?;
+        Ok(Finished { result, page })
     }
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
@@ -152,61 +144,4 @@ fn counts(survey: &Survey) -> Vec<Count> {
         Count::new("returns", "laser returns", campaign.laser.len()),
         Count::new("soundings", "soundings", campaign.soundings.len()),
     ]
-}
-
-/// Name, unit and factor from degrees or metres of each parameter.
-const ROWS: [(&str, &str, f64); 6] = [
-    ("pitch", "deg", 1.0),
-    ("roll", "deg", 1.0),
-    ("yaw", "deg", 1.0),
-    ("lx right", "mm", 1e3),
-    ("ly forward", "mm", 1e3),
-    ("lz up", "mm", 1e3),
-];
-
-fn for_page(truth: &Truth) -> results::Truth {
-    let c = truth.correction_deg;
-    let arm = truth.lever_arm() - Vector3::from(truth.nominal_lever_arm_m);
-    results::Truth {
-        correction_deg: Angles {
-            pitch: c.pitch,
-            roll: c.roll,
-            yaw: c.yaw,
-        },
-        lever_arm_correction_m: arm.into(),
-    }
-}
-
-/// Errors of every path; empty when nothing was found.
-fn errors(result: &PoolResult, truth: &Truth) -> Vec<TrueError> {
-    let solutions = &result.solutions;
-    let of = |estimate: Option<&Estimate>| estimate.and_then(|e| error(e, truth));
-    let reference = of(solutions.sequential.as_ref().map(|s| &s.estimate));
-    let joint = of(solutions.joint.as_ref().map(|s| &s.estimate));
-    let simple = of(solutions.joint_simple.as_ref().map(|s| &s.estimate));
-    if joint.is_none() && reference.is_none() {
-        return vec![];
-    }
-    let sigmas = solutions.joint.as_ref().and_then(|s| s.standard_deviation);
-    let sigmas = sigmas.map(|s| [s.pitch_deg, s.roll_deg, s.yaw_deg, s.lx_m, s.ly_m, s.lz_m]);
-    let row = |(i, (name, unit, factor)): (usize, &(&str, &str, f64))| {
-        let scaled = |six: Option<Vector6<f64>>| six.map(|v| v[i] * factor);
-        TrueError {
-            name: (*name).to_owned(),
-            unit: (*unit).to_owned(),
-            reference: scaled(reference),
-            joint: scaled(joint),
-            sigma: sigmas.map(|s| s[i] * factor),
-            joint_simple: scaled(simple),
-        }
-    };
-    ROWS.iter().enumerate().map(row).collect()
-}
-
-/// Rotation vector (degrees, body frame) and lever arm (metres) from the truth to the estimate.
-fn error(estimate: &Estimate, truth: &Truth) -> Option<Vector6<f64>> {
-    let found = Matrix3::from_row_iterator(estimate.rotation_matrix?.into_iter().flatten());
-    let turn = rotation::log(&(found * truth.rotation().transpose())).map(f64::to_degrees);
-    let arm = Vector3::from(estimate.lever_arm_m?) - truth.lever_arm();
-    Some(Vector6::new(turn.x, turn.y, turn.z, arm.x, arm.y, arm.z))
 }

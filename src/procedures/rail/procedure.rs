@@ -5,7 +5,6 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::simulate::truth::ProfilerTruth;
 use super::simulate::{DEMO, RailTruth, SimulatedRail, simulate};
 use super::survey::scenario::parse_scenario;
 use super::survey::{LoadedRail, RailScenarioFile, load, write_rail};
@@ -16,11 +15,9 @@ use super::{
 use crate::calibrate::choices::Method;
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
-    Simulated, TrueError, Uses, make_folder, provenance, read_truth,
+    Simulated, Uses, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
-use crate::observe::Mounting;
-use crate::results::{AnyResult, RailResult, RailSamples};
 use crate::ruled::Ruled;
 
 /// Laser profilers on a measuring beam against a standard rail.
@@ -71,20 +68,14 @@ impl Loaded for LoadedRail {
         progress: Progress<'_>,
     ) -> Result<Finished, InputError> {
         let truth: Option<RailTruth> = truth.map(read_truth).transpose()?;
-        let truth: Option<Vec<Mounting>> =
-            truth.map(|t| t.profilers.iter().map(ProfilerTruth::mounting).collect());
         progress("calibrating");
         let input = input(self, settings.method);
         let outcome = calibrate(&input);
         progress("comparing and drawing");
         let provenance = provenance(&self.file, &self.inputs, settings)?;
-        let result = summary::result(&outcome, &input, provenance);
-        let samples = summary::samples(&outcome, &self.file.name, truth.as_deref());
-        Ok(Finished {
-            errors: errors(&result, &samples),
-            notes: vec![],
-            result: AnyResult::Rail(Box::new(result), Box::new(samples)),
-        })
+        let result = summary::result(&outcome, &input, provenance)?;
+        let page = summary::page(&outcome, &result, &self.file.name, truth.as_ref())?;
+        Ok(Finished { result, page })
     }
 
     fn check(&self, _: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
@@ -159,30 +150,6 @@ fn counts(survey: &SimulatedRail) -> Vec<Count> {
         Count::new("points", "points", campaign.points.len()),
         Count::new("positions", "positions of the table", campaign.table.len()),
     ]
-}
-
-/// Each path's errors against the truth.
-fn errors(result: &RailResult, samples: &RailSamples) -> Vec<TrueError> {
-    let (Some(truth), Some(joint)) = (&samples.truth, &result.solutions.joint) else {
-        return vec![];
-    };
-    let one = |(k, p): (usize, &crate::results::Parameter)| {
-        let (scale, unit) = if p.unit == "m" {
-            (1e3, "mm")
-        } else {
-            (1.0, p.unit.as_str())
-        };
-        let error = |errors: &[f64]| errors.get(k).map(|e| e * scale);
-        TrueError {
-            name: p.name.clone(),
-            unit: unit.to_owned(),
-            reference: error(&truth.reference_errors),
-            joint: error(&truth.joint_errors),
-            sigma: p.standard_deviation.map(|s| s * scale),
-            joint_simple: None,
-        }
-    };
-    joint.parameters.iter().enumerate().map(one).collect()
 }
 
 fn in_words(survey: &LoadedRail, scene: &RailScene, preview: &verdict::Preview) -> String {

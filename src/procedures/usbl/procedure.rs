@@ -3,7 +3,6 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 
 use super::simulate::{DEMO, Simulated as Survey, Truth, simulate};
@@ -13,12 +12,10 @@ use super::{Layout, Scene, UsblInput, calibrate, summary};
 use crate::calibrate::choices::Method;
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
-    Simulated, TrueError, Uses, make_folder, provenance, read_truth,
+    Simulated, Uses, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
-use crate::geometry::rotation;
 use crate::observe::usbl::Role;
-use crate::results::{Angles, AnyResult, UsblResult, UsblTruth};
 
 /// An ultra-short baseline transducer against surveyed beacons.
 #[derive(Clone, Copy, Debug)]
@@ -70,13 +67,9 @@ impl Loaded for LoadedUsbl {
         progress("comparing and drawing");
         let read = (self.fixes_read, self.fixes_dropped);
         let provenance = provenance(&self.file, &self.inputs, settings)?;
-        let result = summary::result(&outcome, &input, read, &self.notes, provenance);
-        let samples = summary::samples(&outcome, &self.file.name, truth.as_ref().map(for_page));
-        Ok(Finished {
-            errors: truth.map_or_else(Vec::new, |truth| errors(&result, &truth)),
-            notes: result.notes.clone(),
-            result: AnyResult::Usbl(Box::new(result), Box::new(samples)),
-        })
+        let result = summary::result(&outcome, &input, read, &self.notes, provenance)?;
+        let page = summary::page(&outcome, &result, &self.file.name, truth.as_ref())?;
+        Ok(Finished { result, page })
     }
 
     fn check(&self, _: &Settings, _: Progress<'_>) -> Result<Checked, InputError> {
@@ -151,66 +144,6 @@ fn counts(survey: &Survey) -> Vec<Count> {
             survey.attitude_rad.len(),
         ),
     ]
-}
-
-fn for_page(truth: &Truth) -> UsblTruth {
-    let c = truth.correction_deg;
-    UsblTruth {
-        rotation_matrix: truth.rotation_matrix,
-        correction_deg: Angles {
-            pitch: c.pitch,
-            roll: c.roll,
-            yaw: c.yaw,
-        },
-        transducer_m: truth.transducer_m,
-        range_scale: truth.range_scale,
-    }
-}
-
-/// Both paths' errors; the reference path takes the transducer as surveyed and ranges as they are, so it has none there.
-fn errors(result: &UsblResult, truth: &Truth) -> Vec<TrueError> {
-    let turn = |rows: Option<[[f64; 3]; 3]>| -> Option<Vector3<f64>> {
-        let found = Matrix3::from_row_iterator(rows?.into_iter().flatten());
-        Some(rotation::log(&(found * truth.rotation().transpose())).map(f64::to_degrees))
-    };
-    let reference = result.solutions.reference.as_ref();
-    let reference = reference.and_then(|r| turn(r.rotation_matrix));
-    let joint = result.solutions.joint.as_ref().filter(|j| j.usable);
-    let found = joint.and_then(|j| turn(j.rotation_matrix));
-    let place = joint.and_then(|j| j.transducer_m);
-    let scale = joint.and_then(|j| j.range_scale);
-    let sigma = |i: usize| joint.and_then(|j| j.parameters.get(i)?.standard_deviation);
-    let row = |i: usize, name: &str, unit: &str, reference, joint, factor: f64| TrueError {
-        name: name.to_owned(),
-        unit: unit.to_owned(),
-        reference,
-        joint,
-        sigma: sigma(i).map(|s| s * factor),
-        joint_simple: None,
-    };
-    let angle = |(i, name)| {
-        row(
-            i,
-            name,
-            "deg",
-            reference.map(|t| t[i]),
-            found.map(|t| t[i]),
-            1.0,
-        )
-    };
-    let axis = |(i, name): (usize, &str)| {
-        let error = place.map(|p| 1e3 * (p[i] - truth.transducer_m[i]));
-        row(3 + i, &format!("transducer {name}"), "mm", None, error, 1e3)
-    };
-    let mut rows: Vec<_> = ["pitch", "roll", "yaw"]
-        .into_iter()
-        .enumerate()
-        .map(angle)
-        .collect();
-    rows.extend(["east", "north", "up"].into_iter().enumerate().map(axis));
-    let scale = scale.map(|s| 1e6 * (s - truth.range_scale));
-    rows.push(row(6, "range scale", "1e-6", None, scale, 1e6));
-    rows
 }
 
 fn in_words(survey: &LoadedUsbl, scene: &Scene, layout: &Layout) -> String {

@@ -36,7 +36,7 @@ function abscissa(last, at, box, height) {
 
 function outerMarks(marks, at, box, height) {
   return marks.flatMap(({ place, name }) => [
-    svg("line", { x1: at.x(place), x2: at.x(place), y1: box.top, y2: height - box.bottom, stroke: "#9fb0bc", "stroke-dasharray": "3 3" }),
+    svg("line", { x1: at.x(place), x2: at.x(place), y1: box.top, y2: height - box.bottom, stroke: INK.mark, "stroke-dasharray": "3 3" }),
     text(at.x(place) - 4, box.top + 9, name, { class: "soft", "text-anchor": "end" })]);
 }
 
@@ -46,36 +46,33 @@ function seriesLine(s, turn, at) {
     ...places.map(([cx, cy]) => svg("circle", { cx, cy, r: 3, fill: s.colour }))];
 }
 
-const PLANE_COLOURS = { P1: "#7c3aed", P2: "#b45309", P3: "#0f766e", P4: "#be185d" };
-
-function sequentialChart(solution) {
-  const names = [...new Set(solution.iterations.flatMap(pass => Object.keys(pass.angle_deg)))].sort();
-  return lineChart({ title: "Sequential path: angles between normals", x: "pass", y: "deg", log: true,
-    series: names.map(name => ({ name, colour: PLANE_COLOURS[name] || INK.soft, points: solution.iterations.map(pass => [pass.pass, pass.angle_deg[name]]) })) });
-}
-
 function jointCharts(path) {
-  const steps = path.solution.iterations, series = of => [{ name: path.name, colour: path.colour, points: steps.map((step, i) => [i + 1, of(step)]) }];
-  const marks = steps.map((step, i) => ({ place: i + 1, name: String(step.outer) })).filter((_, i) => !i || steps[i].outer !== steps[i - 1].outer);
-  const title = `${path.name} path: `;
+  const steps = path.solution.convergence, last = steps[steps.length - 1].outer;
+  const marks = steps.map((step, i) => ({ place: i + 1, name: String(step.outer) })).filter((_, i) => last > 1 && (!i || steps[i].outer !== steps[i - 1].outer));
+  const x = last > 1 ? "iteration; dashed: round of assignment" : "iteration", series = of => [{ name: path.name, colour: path.colour, points: steps.map((step, i) => [i + 1, of(step)]) }];
   return [
-    lineChart({ title: `${title}largest step`, x: "iteration; dashed: round of assignment", y: "in sigmas of the parameter", log: true, marks, series: series(step => step.largest_step_in_sigma) }),
-    lineChart({ title: `${title}robust cost`, x: "iteration; dashed: round of assignment", y: "cost", log: false, marks, series: series(step => step.cost) }),
+    lineChart({ title: `${path.name} path: largest step`, x, y: "in sigmas of the parameter", log: true, marks, series: series(step => step.largest_step_in_sigma) }),
+    lineChart({ title: `${path.name} path: robust cost`, x, y: "cost", log: false, marks, series: series(step => step.cost) }),
   ];
 }
 
+/** Charts of a procedure's own reference path, put here by its scripts. */
+const OWN_CONVERGENCE = [];
+
 function buildConvergence() {
-  const charts = PATHS.filter(path => path.solution.iterations.length).flatMap(path => path.key === "sequential" ? [sequentialChart(path.solution)] : jointCharts(path));
-  if (!charts.length) { hide("convergence"); return; }
-  section("convergence").append(el("div", { class: "row3" }, charts));
+  const charts = [...OWN_CONVERGENCE, ...PATHS.filter(path => path.solution.convergence.length).flatMap(jointCharts)];
+  if (charts.length) add("convergence", "Convergence", el("div", { class: "row3" }, charts));
 }
 
 // CORRECTIONS
 
 function correctionChart(parameter) {
-  const width = 380, row = 26, top = 8, left = 12, height = top + row * ESTIMATED.length + 30;
-  const rows = ESTIMATED.map(path => ({ path, value: correction(path.solution, parameter), sigma: sigmaOf(path.solution, parameter) }));
-  const truth = DATA.truth ? correction(DATA.truth, parameter) : null;
+  const width = 380, row = 26, top = 8, left = 12;
+  const rows = ESTIMATED.map(path => ({ path, p: parameterOf(path.solution, parameter.name) })).filter(({ p }) => p && !missing(p.correction))
+    .map(({ path, p }) => ({ path, value: inShown(p.correction, p.unit), sigma: inShown(p.sigma, p.unit), words: correctionText(p) }));
+  const truthRow = truthOf(parameter.name), truth = truthRow ? inShown(truthRow.correction, parameter.unit) : null;
+  if (!rows.length) return [];
+  const height = top + row * rows.length + 30;
   const ends = rows.flatMap(r => [r.value - 2.4 * (r.sigma || 0), r.value + 2.4 * (r.sigma || 0)]).concat(missing(truth) ? [] : [truth]);
   let low = Math.min(...ends), high = Math.max(...ends);
   const pad = 0.08 * (high - low) || Math.abs(high) * 0.1 || 1;
@@ -83,44 +80,45 @@ function correctionChart(parameter) {
   const at = v => left + (v - low) / (high - low) * (width - 2 * left), step = roundUp((high - low) / 6), bottom = top + row * rows.length;
   const grid = ticks(low, high, 6).flatMap(v => [svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: INK.line }),
     text(at(v), bottom + 16, tickLabel(v, step), { "text-anchor": "middle", class: "soft" })]);
-  const known = missing(truth) ? [] : [svg("line", { x1: at(truth), x2: at(truth), y1: top - 4, y2: bottom + 2, stroke: "#1a7f4b", "stroke-width": 1.6, "stroke-dasharray": "5 3" })];
-  const values = rows.map(r => el("div", { style: `color:${r.path.colour}` }, `${r.path.name}: ${r.sigma ? withSigma(r.value, r.sigma) : plain(r.value, parameter.unit)} ${parameter.unit}`));
-  return el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  positive: ${parameter.sense}, ${parameter.unit}`)),
+  const known = missing(truth) ? [] : [svg("line", { x1: at(truth), x2: at(truth), y1: top - 4, y2: bottom + 2, stroke: "var(--good)", "stroke-width": 1.6, "stroke-dasharray": "5 3" })];
+  const values = rows.map(r => el("div", { style: `color:${r.path.colour}` }, `${r.path.name}: ${r.words} ${shownUnit(parameter.unit)}`));
+  return el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  ${[parameter.positive ? `positive: ${parameter.positive}` : "", shownUnit(parameter.unit)].filter(w => w).join(", ")}`)),
     picture(width, height, `correction of ${parameter.name}`, grid, known, rows.map((r, i) => errorBar(r, at, top + row * (i + 0.5)))), el("figcaption", {}, values));
 }
 
 /** Thick to one sigma, thin to two; a bare ring where there is no covariance. */
 function errorBar({ path, value, sigma }, at, y) {
   const bar = (count, thick) => svg("line", { x1: at(value - count * sigma), x2: at(value + count * sigma), y1: y, y2: y, stroke: path.colour, "stroke-width": thick });
-  const spot = svg("circle", { cx: at(value), cy: y, r: 4.5, fill: sigma ? path.colour : "#fff", stroke: path.colour, "stroke-width": 2 });
+  const spot = svg("circle", { cx: at(value), cy: y, r: 4.5, fill: sigma ? path.colour : "var(--paper)", stroke: path.colour, "stroke-width": 2 });
   return sigma ? [bar(2, 1.4), bar(1, 4), spot] : [spot];
 }
 
 function buildCorrections() {
-  if (!ESTIMATED.length) { hide("corrections"); return; }
-  const keys = pathKeys();
-  if (DATA.truth) keys.append(el("span", {}, el("i", { style: "background:#1a7f4b;height:3px;border-radius:0;vertical-align:3px" }), "truth of the simulation"));
-  section("corrections").append(keys, el("div", { class: "grid3" }, PARAMETERS.map(correctionChart)),
-    el("p", { class: "note" }, "Added to the nominal mounting, in body axes. Bars: one sigma (thick) and two (thin); a ring has no covariance, because the sequential path gives none."));
+  if (!ESTIMATED.length) return;
+  const legend = pathKeys();
+  if (DATA.against_truth) legend.append(el("span", {}, el("i", { style: "background:var(--good);height:3px;border-radius:0;vertical-align:3px" }), "truth of the simulation"));
+  add("corrections", "Corrections", legend, el("div", { class: "grid3" }, SOUGHT.map(correctionChart)),
+    note("Added to what was known before; angles about the body axes. Bars: one sigma (thick) and two (thin); a ring has no covariance."));
 }
 
 // WHAT THE DATA DETERMINE
 
-function heatMap(matrix, title) {
-  const cell = 56, left = 42, top = 24, size = cell * 6, names = PARAMETERS.map(parameter => parameter.key);
+function heatMap(matrix, title, names) {
+  const cell = names.length > 8 ? 38 : 56, left = 8 + 6.5 * Math.max(...names.map(name => name.length)), top = names.length > 8 ? left : 24, size = cell * names.length, small = names.length > 8;
   const cells = matrix.flatMap((row, i) => row.flatMap((value, j) => {
-    const colour = i === j ? [238, 241, 243] : diverging(value), dark = Math.abs(value) > 0.75 && i !== j;
-    return [svg("rect", { x: left + j * cell, y: top + i * cell, width: cell - 1.5, height: cell - 1.5, fill: css(colour) }),
-      text(left + (j + 0.5) * cell, top + (i + 0.5) * cell + 4, digits(value, Math.abs(value) > 0.95 && i !== j ? 3 : 2), { "text-anchor": "middle", style: dark ? "fill:#fff" : null })];
+    const dark = Math.abs(value) > 0.75 && i !== j, place = small ? 1 : Math.abs(value) > 0.95 && i !== j ? 3 : 2;
+    return [svg("rect", { x: left + j * cell, y: top + i * cell, width: cell - 1.5, height: cell - 1.5, fill: i === j ? "var(--wash)" : css(diverging(value)) }),
+      text(left + (j + 0.5) * cell, top + (i + 0.5) * cell + 4, digits(value, place), { "text-anchor": "middle", style: dark ? "fill:#fff" : i === j ? null : "fill:#1c2730" })];
   }));
-  const labels = names.flatMap((name, i) => [text(left - 7, top + (i + 0.5) * cell + 4, name, { "text-anchor": "end" }), text(left + (i + 0.5) * cell, top - 8, name, { "text-anchor": "middle" })]);
+  const above = (name, i) => { const x = left + (i + 0.5) * cell; return small ? text(x + 4, top - 6, name, { transform: `rotate(-90 ${x + 4} ${top - 6})` }) : text(x, top - 8, name, { "text-anchor": "middle" }); };
+  const labels = names.flatMap((name, i) => [text(left - 7, top + (i + 0.5) * cell + 4, name, { "text-anchor": "end" }), above(name, i)]);
   return el("figure", {}, el("h3", {}, title), picture(left + size, top + size, title, cells, labels));
 }
 
 function combination(weak) {
-  const entries = PARAMETERS.filter(parameter => weak.combination[parameter.key]).map(parameter => [parameter.key, weak.combination[parameter.key]]);
+  const entries = Object.entries(weak.combination);
   const width = 320, mid = 160, row = 20, sizes = Math.max(1, ...entries.map(entry => Math.abs(entry[1])));
-  return picture(width, row * entries.length + 4, "components of the weak direction", svg("line", { x1: mid, x2: mid, y1: 0, y2: row * entries.length, stroke: "#9fb0bc" }),
+  return picture(width, row * entries.length + 4, "components of the weak direction", svg("line", { x1: mid, x2: mid, y1: 0, y2: row * entries.length, stroke: INK.mark }),
     entries.map(([name, value], i) => {
       const length = Math.abs(value) / sizes * 90, x = value < 0 ? mid - length : mid;
       return [svg("rect", { x, y: i * row + 4, width: length, height: row - 8, fill: css(diverging(Math.sign(value) * 0.7)) }),
@@ -135,17 +133,11 @@ function weakList(observability) {
     el("li", {}, weak.text, missing(weak.sigma) ? "" : ` (sigma along it, scaled: ${short(weak.sigma)})`, combination(weak))))];
 }
 
-function extras(path) {
-  return path.solution.extra.map(extra => el("li", {}, el("b", {}, extra.name), extra.observable && !missing(extra.value) ? `: ${withSigma(extra.value, extra.standard_deviation)} ${extra.unit === "1" ? "" : extra.unit}`
-    : ": not observable in this survey, held at its given value"));
-}
-
 function buildDetermined() {
   const path = PATHS.find(candidate => candidate.key === "joint") || PATHS.find(candidate => candidate.key === "joint_simple");
   const quality = path && path.solution.quality;
-  if (!path || (!quality && !path.solution.correlation)) { hide("determined"); return; }
+  if (!path || (!quality && !path.solution.correlation)) return;
   const words = el("div", {}, el("h3", {}, "Weakly determined, and what would help"), quality ? weakList(quality.observability) : []);
-  if (path.solution.usable && path.solution.extra.length) words.append(el("h3", {}, "Further parameters"), el("ul", { class: "weak" }, extras(path)));
-  const map = path.solution.usable && path.solution.correlation ? [heatMap(path.solution.correlation, `Correlations, ${path.name.toLowerCase()} solution`)] : [];
-  section("determined").append(el("div", { class: map.length ? "grid2" : "" }, map, words));
+  const map = path.solution.usable && path.solution.correlation ? [heatMap(path.solution.correlation, `Correlations, ${path.name.toLowerCase()} solution`, path.solution.parameters.map(p => p.name))] : [];
+  add("determined", "What the data determine", el("div", { class: map.length ? "grid2" : "" }, map, words));
 }

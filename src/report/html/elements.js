@@ -86,7 +86,7 @@ function powerLabel(power) { return power >= -3 && power <= 3 ? String(Number((1
 
 // COLOURS
 
-const INK = { soft: "#5b6b78", line: "#d5dde3" };
+const INK = { soft: "var(--soft)", line: "var(--line)", mark: "var(--mark)", ink: "var(--ink)", paper: "var(--paper)" };
 
 const STOPS = [[33, 102, 172], [103, 169, 207], [222, 222, 218], [239, 138, 98], [178, 24, 43]];
 

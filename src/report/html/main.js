@@ -1,7 +1,5 @@
 // The page from top to bottom.
 
-function chip(content, kind) { return el("span", { class: `chip ${kind || ""}` }, content); }
-
 function pathChip(path) {
   const good = path.solution.status === "converged";
   return chip(`${path.name}: ${statusWords(path.solution)}`, !path.solution.usable ? "bad" : good ? "good" : "warn");
@@ -17,11 +15,19 @@ function buildHead() {
   section("title").textContent = DATA.title;
   section("headline").textContent = DATA.headline;
   if (!RESULT.usable) section("headline").classList.add("refused");
-  section("chips").append(chip(RESULT.usable ? "Usable" : "Not usable", RESULT.usable ? "good" : "bad"), ...PATHS.map(pathChip), ...testChip());
-  section("footer").textContent = `${RESULT.software.name} ${RESULT.software.version}, seed ${RESULT.seed}. The numbers of this page, in full precision, are in result.json beside it.`;
+  section("chips").append(...PATHS.map(pathChip), ...testChip());
+  section("footer").textContent = `${RESULT.software.name} ${RESULT.software.version}, seed ${RESULT.seed}. The numbers of this page, in full precision, are in result.json and parameters.csv beside it.`;
 }
 
-[buildHead, buildScene, buildMaps, buildCorrections, buildConvergence, buildDetermined, buildSolution, buildConventions, buildQuality, buildFaces, buildCounts, buildConfiguration]
-  .forEach(build => build());
+/** Links to every section. */
+function buildContents() {
+  const links = [...document.querySelectorAll("main section")].map(home => el("a", { href: `#${home.id}` }, home.querySelector("h2").textContent));
+  section("contents").append(...links);
+}
+
+buildHead();
+buildCard();
+OWN.forEach(build => build());
+[buildSolution, buildCorrections, buildDetermined, buildConvergence, buildQuality, buildConventions, buildCounts, buildConfiguration, buildContents].forEach(build => build());
 
 document.documentElement.dataset.ready = "yes";

@@ -3,28 +3,29 @@
 //! The page is the template `report.html` of this folder with its style, its scripts and the data put in place; the scripts draw what the
 //! data say. No address outside the page is ever referred to.
 
-mod payload;
-
-use crate::results::{
-    BudgetResult, NamedBudget, PlanResult, PoolResult, RailResult, RailSamples, ReportSamples,
-    UsblResult, UsblSamples,
-};
+use super::card::{Card, card};
+use super::headline::{SIGNIFICANCE, difference, headline};
+use crate::results::{AgainstTruth, BudgetResult, Calibration, NamedBudget, Page, PlanResult};
 use serde::Serialize;
 
-const TEMPLATE: &str = include_str!("report.html");
 const STYLE: &str = include_str!("report.css");
-const SCRIPTS: [&str; 7] = [
+
+/// The page: head, then sections that the scripts make.
+const TEMPLATE: &str = include_str!("bare.html");
+
+/// What every calibration's page has before a procedure's own scripts.
+const SHELL: [&str; 6] = [
     include_str!("elements.js"),
-    include_str!("draw.js"),
-    include_str!("view3d.js"),
-    include_str!("maps.js"),
+    include_str!("plots.js"),
+    include_str!("solutions.js"),
     include_str!("charts.js"),
     include_str!("tables.js"),
-    include_str!("main.js"),
+    include_str!("card.js"),
 ];
 
-/// Of pages whose sections the scripts make themselves.
-const BARE: &str = include_str!("bare.html");
+/// What runs last: builds the page from top to bottom.
+const MAIN: &str = include_str!("main.js");
+
 const BUDGET: [&str; 6] = [
     include_str!("elements.js"),
     include_str!("plots.js"),
@@ -43,18 +44,6 @@ const PLAN: [&str; 3] = [
     include_str!("plots.js"),
     include_str!("plan.js"),
 ];
-const RAIL: [&str; 3] = [
-    include_str!("elements.js"),
-    include_str!("plots.js"),
-    include_str!("rail.js"),
-];
-
-const USBL: [&str; 3] = [
-    include_str!("elements.js"),
-    include_str!("plots.js"),
-    include_str!("usbl.js"),
-];
-
 /// What the scripts of a bare page read.
 #[derive(Serialize)]
 struct Data<'a, R> {
@@ -91,40 +80,39 @@ pub fn plan(result: &PlanResult) -> serde_json::Result<String> {
     bare("survey plan", &result.scenario, &headline, result, &PLAN)
 }
 
-/// A rail calibration's result with what its pictures are drawn from.
+/// What the scripts of a calibration's page read.
 #[derive(Serialize)]
-struct RailPage<'a> {
-    #[serde(flatten)]
-    result: &'a RailResult,
-    samples: &'a RailSamples,
+struct Shown<'a> {
+    title: &'a str,
+    headline: String,
+    significance: f64,
+    card: Option<Card>,
+    difference: Option<String>,
+    result: &'a Calibration,
+    page: &'a serde_json::Value,
+    against_truth: Option<&'a AgainstTruth>,
 }
 
-/// `report.html` of a rail calibration.
+/// `report.html` of a calibration.
 ///
 /// # Errors
-/// As [`render`].
-pub fn rail(result: &RailResult, samples: &RailSamples) -> serde_json::Result<String> {
-    let headline = super::rail::headline(result);
-    let page = RailPage { result, samples };
-    bare("rail calibration", &samples.title, &headline, &page, &RAIL)
-}
-
-/// A result and what its pictures are drawn from.
-#[derive(Serialize)]
-struct WithSamples<'a, R, S> {
-    result: &'a R,
-    samples: &'a S,
-}
-
-/// `report.html` of a USBL calibration.
-///
-/// # Errors
-/// As [`render`].
-pub fn usbl(result: &UsblResult, samples: &UsblSamples) -> serde_json::Result<String> {
-    let headline = super::usbl::headline(result);
-    let kind = "calibration of an ultra-short baseline";
-    let data = WithSamples { result, samples };
-    bare(kind, &samples.title, &headline, &data, &USBL)
+/// None for results made by this program; `serde_json` does not promise it.
+pub fn render(result: &Calibration, page: &Page) -> serde_json::Result<String> {
+    let shown = Shown {
+        title: &page.title,
+        headline: headline(result),
+        significance: SIGNIFICANCE,
+        card: card(result),
+        difference: result.comparison.as_ref().map(difference),
+        result,
+        page: &page.data,
+        against_truth: page.against_truth.as_ref(),
+    };
+    // a block of its own, so that names of a procedure's scripts and of the shell's do not meet
+    let own = format!("{{\n{}\n}}", page.scripts.join("\n"));
+    let scripts: Vec<&str> = SHELL.into_iter().chain([own.as_str(), MAIN]).collect();
+    let data = serde_json::to_string(&shown)?;
+    Ok(filled(page.kind, &page.title, &data, &scripts))
 }
 
 fn bare(
@@ -135,29 +123,18 @@ fn bare(
     scripts: &[&str],
 ) -> serde_json::Result<String> {
     let data = serde_json::to_string(&Data { headline, result })?;
+    Ok(filled(kind, title, &data, scripts))
+}
+
+fn filled(kind: &str, title: &str, data: &str, scripts: &[&str]) -> String {
     let parts = [
         ("title", text(title)),
         ("kind", text(kind)),
         ("style", STYLE.into()),
-        ("data", script(&data)),
+        ("data", script(data)),
         ("scripts", scripts.join("\n")),
     ];
-    Ok(fill(BARE, &parts))
-}
-
-/// The page as text.
-///
-/// # Errors
-/// None for results made by this program; `serde_json` does not promise it.
-pub fn render(result: &PoolResult, samples: &ReportSamples) -> serde_json::Result<String> {
-    let data = serde_json::to_string(&payload::Payload::new(result, samples))?;
-    let parts = [
-        ("title", text(&samples.title)),
-        ("style", STYLE.into()),
-        ("data", script(&data)),
-        ("scripts", SCRIPTS.join("\n")),
-    ];
-    Ok(fill(TEMPLATE, &parts))
+    fill(TEMPLATE, &parts)
 }
 
 /// Puts each part in the place of its `<!--name-->`, in one pass, so that a part's own text is never searched.

@@ -79,7 +79,7 @@ function frame(box, width, height, x, y, across, up) {
   return [
     ...up.ticks.flatMap(([v, label]) => [svg("line", { x1: box.left, x2: width - box.right, y1: up.at(v), y2: up.at(v), stroke: INK.line }),
       text(box.left - 6, up.at(v) + 4, label, { "text-anchor": "end", class: "soft" })]),
-    ...places.flatMap(([v, label]) => [svg("line", { x1: across.at(v), x2: across.at(v), y1: height - box.bottom, y2: height - box.bottom + 4, stroke: "#9fb0bc" }),
+    ...places.flatMap(([v, label]) => [svg("line", { x1: across.at(v), x2: across.at(v), y1: height - box.bottom, y2: height - box.bottom + 4, stroke: INK.mark }),
       text(across.at(v), height - box.bottom + 17, label, { "text-anchor": "middle", class: "soft" })]),
     text(12, middle, y.label, { transform: `rotate(-90 12 ${middle})`, "text-anchor": "middle", class: "soft" }),
     text((box.left + width - box.right) / 2, height - 6, x.label, { "text-anchor": "middle", class: "soft" })];
@@ -89,7 +89,7 @@ function frame(box, width, height, x, y, across, up) {
 function levels(marks, up, box, width) {
   let before = null, shift = 0;
   return [...marks].sort((a, b) => a.y - b.y).flatMap(mark => {
-    const y = up.at(mark.y), colour = mark.colour || "#1a7f4b";
+    const y = up.at(mark.y), colour = mark.colour || "var(--good)";
     shift = before !== null && before - y < 13 ? shift + 92 : 0;
     before = y;
     return [svg("line", { x1: box.left, x2: width - box.right, y1: y, y2: y, stroke: colour, "stroke-width": 1.3, "stroke-dasharray": "6 3" }),
@@ -123,7 +123,7 @@ function pairMap({ title, sub, rows, columns, value, low, high, name }) {
   const cell = { width: Math.max(44, Math.min(70, 300 / columns.length)), height: 30 }, left = 6.5 * Math.max(3, ...rows.map(row => String(row).length)) + 10, top = 8, width = left + cell.width * columns.length + 4, height = top + cell.height * rows.length + 44;
   const cells = rows.flatMap((row, i) => columns.flatMap((column, j) => {
     const v = value(i, j), part = missing(v) || !(v > 0) ? null : high > low ? Math.log(v / low) / Math.log(high / low) : 0.3;
-    return [svg("rect", { x: left + j * cell.width, y: top + i * cell.height, width: cell.width - 1.5, height: cell.height - 1.5, fill: part === null ? "#e8e8e8" : css(shade(part)) }),
+    return [svg("rect", { x: left + j * cell.width, y: top + i * cell.height, width: cell.width - 1.5, height: cell.height - 1.5, fill: part === null ? "var(--line)" : css(shade(part)) }),
       text(left + (j + 0.5) * cell.width, top + (i + 0.5) * cell.height + 4, short(v), { "text-anchor": "middle", style: `font-size:11px${part > 0.5 ? ";fill:#fff" : ""}` })];
   }));
   const bottom = top + cell.height * rows.length;

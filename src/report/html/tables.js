@@ -1,46 +1,46 @@
 // Tables: solution, conventions, quality, counts, configuration, inputs.
 
+/** What a procedure adds: its scripts put builders here, run in this order after the card. */
+const OWN = [];
+
+/** Details that few readers need, folded. */
+function folded(title, ...content) { return el("details", {}, el("summary", {}, title), ...content); }
+
 // SOLUTION
 
-function statusWords(solution) {
-  const words = solution.status.replaceAll("_", " ");
-  return solution.usable ? words : `${words}, not usable`;
-}
-
 function correctionRows() {
-  const sigmas = RESULT.comparison && RESULT.comparison.in_joint_sigmas;
-  return PARAMETERS.map(parameter => [`${parameter.name} (${parameter.sense}), ${parameter.unit}`,
-    ...ESTIMATED.map(path => {
-      const value = correction(path.solution, parameter), sigma = sigmaOf(path.solution, parameter);
-      return number(sigma ? withSigma(value, sigma) : plain(value, parameter.unit));
-    }),
-    ...(sigmas ? [number(digits(sigmas[parameter.key], 1))] : []),
-    ...(DATA.truth ? [number(plain(correction(DATA.truth, parameter), parameter.unit))] : [])]);
+  return SOUGHT.map(p => {
+    const difference = differenceOf(p.name), truth = truthOf(p.name);
+    return [titled(p.name, p.unit, p.positive), ...ESTIMATED.map(path => number(correctionText(parameterOf(path.solution, p.name)))),
+      ...(RESULT.comparison ? [number(difference ? digits(difference.in_joint_sigmas, 1) : "")] : []),
+      ...(DATA.against_truth ? [number(truth ? plain(inShown(truth.correction, p.unit), p.unit) : "-"), number(truth ? digits(truth.joint_in_sigmas, 1) : "-")] : [])];
+  });
 }
 
-function mountingRows() {
-  const angle = key => ESTIMATED.map(path => number(digits(path.solution.mounting_deg && path.solution.mounting_deg[key], 4)));
-  const arm = axis => ESTIMATED.map(path => number(digits(path.solution.lever_arm_m && path.solution.lever_arm_m[axis], 4)));
-  return [["roll (starboard down), deg", ...angle("roll")], ["pitch (bow up), deg", ...angle("pitch")], ["heading (clockwise), deg", ...angle("heading")],
-    ["lever arm x (right), m", ...arm(0)], ["lever arm y (forward), m", ...arm(1)], ["lever arm z (up), m", ...arm(2)]];
+function mountingRows(index) {
+  const of = (key, field) => ESTIMATED.map(path => { const m = path.solution.mountings[index]; return number(m && m[key] ? digits(m[key][field], 4) : "-"); });
+  const rows = [["roll (starboard down), deg", ...of("mounting_deg", "roll")], ["pitch (bow up), deg", ...of("mounting_deg", "pitch")], ["heading (clockwise), deg", ...of("mounting_deg", "heading")]];
+  if (!ESTIMATED.some(path => path.solution.mountings[index] && path.solution.mountings[index].lever_arm_m)) return rows;
+  return [...rows, ["lever arm x (right), m", ...of("lever_arm_m", 0)], ["lever arm y (forward), m", ...of("lever_arm_m", 1)], ["lever arm z (up), m", ...of("lever_arm_m", 2)]];
 }
 
 function buildSolution() {
-  const home = section("solution"), names = ESTIMATED.map(path => number(path.name));
-  home.append(table(["path", "end", "remark"], PATHS.map(path => [path.name + (path.solution.variant ? ` (${path.solution.variant})` : ""), statusWords(path.solution), path.solution.message || ""])));
+  const home = add("solution", "Solutions", table(["solution", "end", "remark"], PATHS.map(path => [path.name, statusWords(path.solution), path.solution.message || ""])));
+  if (RESULT.notes.length) home.append(el("ul", { class: "weak" }, RESULT.notes.map(words => el("li", {}, `${words}.`))));
   if (!ESTIMATED.length) return;
-  const compared = RESULT.comparison ? [number("sequential - joint, in sigmas of joint")] : [];
-  home.append(el("h3", {}, "Corrections, one sigma"), table(["", ...names, ...compared, ...(DATA.truth ? [number("truth")] : [])], correctionRows()));
-  if (RESULT.comparison) home.append(comparisonNote(RESULT.comparison));
-  home.append(el("h3", {}, "Mounting"), table(["", ...names], mountingRows()));
-  const pose = RESULT.target_pose;
-  if (pose) home.append(el("p", { class: "note" }, `Target pose, refined minus given: ${pose.offset_m.map(v => digits(v, 4)).join(", ")} m in target axes, azimuth ${digits(pose.azimuth_correction_deg, 4)} deg.`));
+  const names = ESTIMATED.map(path => number(path.name)), compared = RESULT.comparison ? [number("reference - joint, in sigmas of joint")] : [];
+  home.append(el("h3", {}, "Corrections, one sigma"), table(["", ...names, ...compared, ...(DATA.against_truth ? [number("truth"), number("joint's error, sigmas")] : [])], correctionRows()));
+  if (DATA.difference) home.append(note(DATA.difference));
+  ESTIMATED[ESTIMATED.length - 1].solution.mountings.forEach((m, i) => home.append(el("h3", {}, `Mounting of the ${m.name}`), table(["", ...names], mountingRows(i))));
+  home.append(rmsTable());
 }
 
-function comparisonNote(comparison) {
-  const rms = comparison.residual_rms_m, simple = missing(rms.joint_simple) ? "" : `, simple joint ${digits(1e3 * rms.joint_simple, 1)} mm`;
-  return el("p", { class: "note" }, `Chi-square of the difference in the joint covariance: ${digits(comparison.chi_square, 1)} on 6 degrees of freedom, probability of more by chance `,
-    `${probability(comparison.p_value)} (significant below ${DATA.significance}). RMS distance of the soundings from the target: sequential ${digits(1e3 * rms.sequential, 1)} mm, joint ${digits(1e3 * rms.joint, 1)} mm${simple}.`);
+/** RMS by solution: it says how well each fits, not which one is right. */
+function rmsTable() {
+  const rows = Object.entries(RESULT.residual_rms_m || {});
+  if (!rows.length) return "";
+  return folded("RMS of the residuals", table(["solution", number("RMS, mm")], rows.map(([name, rms]) => [name.replace("_", ", "), number(digits(1e3 * rms, 3))])),
+    note("The same observations for every solution. A solution with more freedom always fits better: the RMS does not say which one is right."));
 }
 
 // CONVENTIONS
@@ -50,21 +50,19 @@ function fieldLines(fields, places, unit) {
 }
 
 function buildConventions() {
-  if (!DATA.conventions.length) { hide("conventions"); return; }
-  section("conventions").append(
-    el("p", { class: "note" }, "The same mounting in other programs' senses. Lever arms run from the INS centre to the sonar; a program that counts from another reference point needs the INS's own offset added. ",
+  if (!RESULT.conventions.length) return;
+  add("conventions", "Conventions of other software",
+    note("The same mounting in other programs' senses. Lever arms run from the INS centre to the sonar; a program that counts from another reference point needs the INS's own offset added. ",
       "What no public document settles is left out, not guessed."),
-    table(["software", "lever arm", "mounting angles", "signs, order, source"], DATA.conventions.map(entry => [
+    table(["software", "lever arm", "mounting angles", "signs, order, source"], RESULT.conventions.map(entry => [
       el("span", {}, el("b", {}, entry.software), el("div", {}, el("small", {}, entry.axes))),
       el("span", { style: "white-space:nowrap" }, fieldLines(entry.lever_arm_m, 4, "m")),
       el("span", { style: "white-space:nowrap" }, fieldLines(entry.angles_deg, 4, "deg")),
       el("span", {}, entry.remark, entry.sources.map(source => el("div", {}, el("small", {}, source))))])),
-    el("p", { class: "note" }, "Ours: body x right, y forward, z up; R = Rz(-heading) Rx(pitch) Ry(roll), sonar to body."));
+    note("Ours: body x right, y forward, z up; R = Rz(-heading) Rx(pitch) Ry(roll), sonar to body."));
 }
 
 // QUALITY
-
-function testVerdict(test) { return test.void_because ? `void: ${test.void_because}` : test.passed ? "passed" : "failed"; }
 
 function qualityFacts(quality) {
   const test = quality.global_test, reliability = quality.reliability;
@@ -77,7 +75,7 @@ function qualityFacts(quality) {
 }
 
 function worstTable(reliability) {
-  const effect = entry => PARAMETERS.filter(p => entry.effect[p.sigma]).map(p => `${p.name} ${short(entry.effect[p.sigma] * (p.angle ? 1 : 1e3))} ${p.unit}`).join(", ");
+  const effect = entry => Object.entries(entry.effect).filter(([, size]) => Math.abs(size) > 0).map(([name, size]) => `${name} ${short(size)}`).join(", ");
   return table(["condition", number("normalised residual"), number("minimal detectable bias, mm"), "its effect"],
     reliability.worst.map(entry => [entry.observation, number(digits(entry.w, 2)), number(digits(1e3 * entry.minimal_detectable_bias_m, 1)), effect(entry)]));
 }
@@ -98,31 +96,18 @@ function qualityOf(path) {
 
 function buildQuality() {
   const paths = PATHS.filter(path => path.solution.quality);
-  if (!paths.length) { hide("quality"); return; }
-  section("quality").append(...paths.flatMap(qualityOf));
+  if (paths.length) add("quality", "Quality figures", ...paths.flatMap(path => path.key === "joint" ? qualityOf(path) : folded(`${path.name} solution`, ...qualityOf(path))));
 }
 
 // COUNTS, CONFIGURATION
 
-function buildFaces() {
-  const entries = DATA.face_statistics.filter(entry => entry.soundings);
-  if (!entries.length) { hide("faces"); return; }
-  const paths = PATHS.filter(path => entries.some(entry => !missing(entry.rms_m[path.key]))), mm = value => number(missing(value) ? "-" : digits(1e3 * value, 1));
-  section("faces").append(table(["face", "role", number("soundings"), ...paths.flatMap(path => [number(`${path.name}: mean, mm`), number("RMS, mm")])],
-    entries.map(entry => [DATA.faces[entry.face].name, DATA.faces[entry.face].role, number(grouped(entry.soundings)), ...paths.flatMap(path => [mm(entry.mean_m[path.key]), mm(entry.rms_m[path.key])])])),
-  el("p", { class: "note" }, "All used soundings, distances along the outward normal: positive in front of the face."));
-}
-
 function buildCounts() {
-  const rows = Object.entries({ soundings: "soundings", returns: "laser returns" }).flatMap(([key, name]) => {
-    const counts = RESULT.counts[key];
-    return [[el("b", {}, name), "read", number(grouped(counts.read))], ["", "used", number(grouped(counts.used))],
-      ...Object.entries(counts.rejected).sort((a, b) => b[1] - a[1]).map(([reason, count]) => ["", `rejected: ${reason}`, number(grouped(count))])];
-  });
-  section("counts").append(table(["", "", number("count")], rows));
+  const rows = Object.entries(RESULT.counts).flatMap(([name, counts]) => [[el("b", {}, name), "read", number(grouped(counts.read))], ["", "used", number(grouped(counts.used))],
+    ...Object.entries(counts.rejected).sort((a, b) => b[1] - a[1]).map(([reason, count]) => ["", `not used: ${reason}`, number(grouped(count))])]);
+  add("counts", "Observations", table(["", "", number("count")], rows));
 }
 
 function buildConfiguration() {
-  section("configuration").append(el("h3", {}, "Configuration as it took effect"), el("pre", {}, JSON.stringify(RESULT.configuration, null, 2)),
-    el("h3", {}, "Inputs"), table(["file", "SHA-256"], RESULT.inputs.map(file => [file.path, mono(file.sha256)])), el("p", { class: "note" }, `Seed ${RESULT.seed}.`));
+  add("configuration", "Configuration and inputs", folded("Configuration as it took effect", el("pre", {}, JSON.stringify(RESULT.configuration, null, 2))),
+    folded("Inputs", table(["file", "SHA-256"], RESULT.inputs.map(file => [file.path, mono(file.sha256)]))), note(`Seed ${RESULT.seed}.`));
 }

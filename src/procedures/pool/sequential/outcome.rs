@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
+use serde::Serialize;
 
 use super::super::config::Variant;
+use super::super::summary::SENSOR;
 use super::OffsetStep;
+use crate::calibrate::solution::{Mounted, angles_deg};
 use crate::observe::Mounting;
-use crate::results::{
-    Angles, Estimate, MountingAngles, SequentialIteration, SequentialSolution, Status,
-};
+use crate::results::{Angles, Solution, Status};
 
 /// How the path ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,66 +129,60 @@ pub struct Outcome {
     pub rounds: u32,
 }
 
+/// What only this path has, as it stands in a result.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Details {
+    /// Which variant ran: `literal` or `projected`, with `, repeated` where angles and offsets were repeated in turn.
+    variant: String,
+    /// Every pass.
+    passes: Vec<PassDetails>,
+}
+
+/// One pass.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct PassDetails {
+    /// From 0, the mounting as given; pass k is the mounting after k corrections.
+    pass: u32,
+    /// Angle between the scanner's and the multibeam's normal under this mounting, by plane (`P1` to `P4`), degrees.
+    angle_deg: BTreeMap<&'static str, f64>,
+    /// Correction of this mounting, body frame.
+    correction_deg: Angles,
+}
+
 impl Outcome {
     /// The outcome as it stands in a result file. A stalled end counts as usable, being out of passes does not.
     #[must_use]
-    pub fn solution(&self) -> SequentialSolution {
+    pub fn solution(&self) -> Solution {
         let status = self.end.status();
-        SequentialSolution {
-            variant: self.variant_name(),
-            status,
-            usable: matches!(status, Status::Converged | Status::Stalled),
-            message: self.end.message(),
-            estimate: self.estimate(),
-            iterations: self.passes.iter().map(iteration).collect(),
-        }
-    }
-
-    fn variant_name(&self) -> String {
-        let name = match self.variant {
-            Variant::Literal => "literal",
-            Variant::Projected => "projected",
-        };
-        let repeated = if self.repeated { ", repeated" } else { "" };
-        format!("{name}{repeated}")
-    }
-
-    fn estimate(&self) -> Estimate {
-        let (roll, pitch, heading) = self.mounting.angles();
-        let r = &self.mounting.rotation;
-        Estimate {
-            rotation_matrix: Some([0, 1, 2].map(|i| [0, 1, 2].map(|j| r[(i, j)]))),
-            mounting_deg: Some(MountingAngles {
-                roll: roll.to_degrees(),
-                pitch: pitch.to_degrees(),
-                heading: heading.to_degrees(),
-            }),
-            correction_deg: Some(angles(&self.mounting.correction_from(&self.nominal))),
-            lever_arm_m: Some(self.mounting.lever_arm_m.into()),
-            lever_arm_correction_m: Some(
-                (self.mounting.lever_arm_m - self.nominal.lever_arm_m).into(),
-            ),
+        let mounted = Mounted {
+            name: SENSOR,
+            rotation: (&self.mounting.rotation, &self.nominal.rotation),
+            lever_arm_m: Some((self.mounting.lever_arm_m, self.nominal.lever_arm_m)),
             covariance: None,
+        };
+        Solution {
+            usable: matches!(status, Status::Converged | Status::Stalled),
+            parameters: mounted.parameters(""),
+            mountings: vec![mounted.result()],
+            details: self.details(),
+            ..Solution::without_result(status, self.end.message())
         }
     }
-}
 
-fn iteration(pass: &Pass) -> SequentialIteration {
-    let names = ["P1", "P2", "P3", "P4"].map(str::to_owned);
-    SequentialIteration {
-        pass: pass.number,
-        angle_deg: names
-            .into_iter()
-            .zip(pass.angle_rad.map(f64::to_degrees))
-            .collect::<BTreeMap<_, _>>(),
-        correction_deg: angles(&pass.correction_rad),
+    fn details(&self) -> serde_json::Value {
+        let details = Details {
+            variant: self.variant.in_words(self.repeated),
+            passes: self.passes.iter().map(pass_details).collect(),
+        };
+        serde_json::to_value(details).unwrap_or_default()
     }
 }
 
-fn angles(vector_rad: &Vector3<f64>) -> Angles {
-    Angles {
-        pitch: vector_rad.x.to_degrees(),
-        roll: vector_rad.y.to_degrees(),
-        yaw: vector_rad.z.to_degrees(),
+fn pass_details(pass: &Pass) -> PassDetails {
+    let angles = pass.angle_rad.map(f64::to_degrees);
+    PassDetails {
+        pass: pass.number,
+        angle_deg: ["P1", "P2", "P3", "P4"].into_iter().zip(angles).collect(),
+        correction_deg: angles_deg(&pass.correction_rad),
     }
 }

@@ -1,43 +1,39 @@
-//! The sequential path against the joint one, in the joint one's metric.
+//! The reference path against the joint one, in the joint one's metric.
+
+use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 use super::super::run::PoolOutcome;
 use super::residuals::{Model, Residuals, Sums};
-use super::solutions::angles_deg;
 use crate::calibrate::metric;
+use crate::calibrate::quality::readable;
+use crate::calibrate::solution::MOUNTING_PARAMETERS;
 use crate::observe::Mounting;
-use crate::results::{Comparison, Difference, ResidualRms, SixValues, Solutions};
+use crate::results::{Comparison, Difference, Solutions};
 
-/// Sequential minus joint; `None` unless both may be used.
+/// Reference minus joint; `None` unless both may be used.
 pub fn compare(
     outcome: &PoolOutcome,
     solutions: &Solutions,
     residuals: &Residuals,
 ) -> Option<Comparison> {
-    let (Some(sequential), Some(joint)) = (&solutions.sequential, &solutions.joint) else {
-        return None;
-    };
-    if !sequential.usable || !joint.usable {
+    let (reference, joint) = (solutions.reference.as_ref()?, solutions.joint.as_ref()?);
+    if !reference.usable || !joint.usable {
         return None;
     }
-    let (from, to) = (residuals.models.joint?, residuals.models.sequential?);
+    let (from, to) = (residuals.models.joint?, residuals.models.reference?);
     let covariance = outcome.joint.as_ref()?.covariance;
     let d = difference(&from.mounting, &to.mounting);
-    let (chi_square, _, p_value) = metric::chi_square(
+    let (chi_square, free, p_value) = metric::chi_square(
         &DVector::from_column_slice(d.as_slice()),
         &DMatrix::from_column_slice(6, 6, covariance.as_slice()),
     )?;
     Some(Comparison {
-        reference: "joint".to_owned(),
-        difference: Difference {
-            correction_deg: angles_deg(&d.fixed_rows::<3>(0).into_owned()),
-            lever_arm_m: [d[3], d[4], d[5]],
-        },
-        in_joint_sigmas: in_sigmas(&d, &covariance),
+        differences: named(&d, &covariance),
         chi_square,
+        degrees_of_freedom: free as u32,
         p_value,
-        residual_rms_m: rms(outcome, residuals, &from, &to)?,
     })
 }
 
@@ -47,45 +43,48 @@ fn difference(from: &Mounting, to: &Mounting) -> Vector6<f64> {
     Vector6::new(turn.x, turn.y, turn.z, arm.x, arm.y, arm.z)
 }
 
-/// Each difference in one sigma; 0 where the parameter was held.
-fn in_sigmas(d: &Vector6<f64>, covariance: &Matrix6<f64>) -> SixValues {
-    let v = |i: usize| {
+/// Each difference by its name, also in one sigma; 0 where the parameter was held.
+fn named(d: &Vector6<f64>, covariance: &Matrix6<f64>) -> Vec<Difference> {
+    let one = |(i, (name, unit, _)): (usize, (&str, _, &str))| {
         let variance = covariance[(i, i)];
-        if variance > 0.0 {
+        let (difference, unit) = readable(d[i], unit);
+        let in_joint_sigmas = if variance > 0.0 {
             d[i] / variance.sqrt()
         } else {
             0.0
+        };
+        Difference {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            difference,
+            in_joint_sigmas,
         }
     };
-    SixValues {
-        pitch: v(0),
-        roll: v(1),
-        yaw: v(2),
-        lx: v(3),
-        ly: v(4),
-        lz: v(5),
-    }
+    MOUNTING_PARAMETERS
+        .into_iter()
+        .enumerate()
+        .map(one)
+        .collect()
 }
 
-fn rms(
-    outcome: &PoolOutcome,
-    residuals: &Residuals,
-    joint: &Model,
-    sequential: &Model,
-) -> Option<ResidualRms> {
-    let of = |model: &Model| {
+/// RMS of the used soundings' distances from their faces, metres, the same soundings for every path.
+pub fn residual_rms_m(outcome: &PoolOutcome, residuals: &Residuals) -> BTreeMap<String, f64> {
+    let of = |model: Option<Model>| {
         let mut all = Sums::default();
-        residuals
-            .sums(outcome, model)
-            .iter()
-            .for_each(|face| all.merge(face));
+        let faces = residuals.sums(outcome, &model?);
+        faces.iter().for_each(|face| all.merge(face));
         all.rms()
     };
-    Some(ResidualRms {
-        sequential: of(sequential)?,
-        joint: of(joint)?,
-        joint_simple: residuals.models.joint_simple.as_ref().and_then(of),
-    })
+    let models = &residuals.models;
+    let named = [
+        ("reference", models.reference),
+        ("joint", models.joint),
+        ("joint_simple", models.joint_simple),
+    ];
+    named
+        .into_iter()
+        .filter_map(|(name, model)| Some((name.to_owned(), of(model)?)))
+        .collect()
 }
 
 #[cfg(test)]
@@ -95,7 +94,11 @@ mod tests {
     #[test]
     fn a_held_parameter_differs_by_nothing() {
         let covariance = Matrix6::from_diagonal(&Vector6::new(1.0, 4.0, 9.0, 0.01, 0.04, 0.0));
-        let sigmas = in_sigmas(&Vector6::repeat(2.0), &covariance);
-        assert_eq!((sigmas.roll, sigmas.lz), (1.0, 0.0));
+        let all = named(&Vector6::repeat(2.0), &covariance);
+        assert_eq!((all[1].in_joint_sigmas, all[5].in_joint_sigmas), (1.0, 0.0));
+        assert_eq!(
+            (&*all[1].unit, all[1].difference),
+            ("deg", 2_f64.to_degrees())
+        );
     }
 }

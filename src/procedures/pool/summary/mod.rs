@@ -2,25 +2,38 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`result`] | the whole [`PoolResult`], its counts and the target's pose |
+//! | [`result`] | the whole [`Calibration`], its counts and the target's pose |
 //! | `solutions` | an outcome of one path as its solution |
 //! | `quality` | what the engine says of an adjustment, with names and in words |
 //! | `comparison` | the paths against each other |
 //! | [`residuals`] | distances of the soundings from the planes under each path's mounting |
 //! | [`samples()`] | decimated points for the pictures |
+//! | [`page()`] | the report's own section: the samples packed, and the scripts that draw them |
 
 mod comparison;
+mod page;
 mod quality;
 pub mod residuals;
+mod sample_types;
 mod samples;
 mod solutions;
 
+pub use page::{packed_page, page, true_values};
+pub use sample_types::{
+    FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample,
+};
 pub use samples::samples;
+pub use solutions::SENSOR;
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
 
 use super::config::{Drift, JointConfig, Planes};
 use super::run::{Method, PoolInput, PoolOutcome};
 use super::ties::TieSet;
-use crate::results::{Counts, PoolResult, Provenance, SCHEMA, SensorCounts, Solutions, TargetPose};
+use crate::calibrate::conventions::conventions;
+use crate::results::{Calibration, Convention, Provenance, SCHEMA, SensorCounts, Solutions};
 use residuals::Residuals;
 
 /// Reason under which observations without a position are counted.
@@ -35,34 +48,63 @@ pub struct Dropped {
     pub returns: u64,
 }
 
-/// The outcome as `result.json` gives it.
-#[must_use]
+/// What only a pool calibration has.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PoolDetails {
+    /// The target's pose as refined from the laser points; `None` when the target was not found.
+    pub target_pose: Option<TargetPose>,
+}
+
+/// What was added to the target's pose of the survey file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TargetPose {
+    /// Origin: refined minus given, metres, axes of the target frame as given.
+    pub offset_m: [f64; 3],
+    /// Azimuth of the target's +Y axis: refined minus given, degrees, clockwise.
+    pub azimuth_correction_deg: f64,
+}
+
+/// The outcome as `result.json` gives it; `notes` come from reading the survey.
+///
+/// # Errors
+/// None for details made here; `serde_json` does not promise it.
 pub fn result(
     outcome: &PoolOutcome,
     input: &PoolInput,
     dropped: Dropped,
+    notes: &[String],
     provenance: Provenance,
-) -> PoolResult {
+) -> serde_json::Result<Calibration> {
     let residuals = Residuals::of(outcome);
     let solutions = solutions(outcome, input);
     let reason = reason(outcome, &solutions);
-    let comparison = if reason.is_none() {
-        comparison::compare(outcome, &solutions, &residuals)
-    } else {
-        None
-    };
-    PoolResult {
+    let usable = reason.is_none();
+    Ok(Calibration {
         schema: SCHEMA,
         procedure: "pool".to_owned(),
         provenance,
-        usable: reason.is_none(),
+        usable,
         reason,
         verdict: outcome.verdict(),
         counts: counts(outcome, &residuals.ties, dropped),
-        target_pose: target_pose(outcome),
+        comparison: usable
+            .then(|| comparison::compare(outcome, &solutions, &residuals))
+            .flatten(),
+        residual_rms_m: comparison::residual_rms_m(outcome, &residuals),
+        notes: notes.iter().chain(&outcome.scene.notes).cloned().collect(),
+        details: serde_json::to_value(PoolDetails {
+            target_pose: target_pose(outcome),
+        })?,
+        conventions: tables(&solutions, usable),
         solutions,
-        comparison,
-    }
+    })
+}
+
+/// The deciding mounting in other programs' senses, where it may be used.
+fn tables(solutions: &Solutions, usable: bool) -> Vec<Convention> {
+    let deciding = solutions.deciding().filter(|_| usable);
+    let mountings = deciding.map_or(&[][..], |s| &s.mountings);
+    mountings.iter().flat_map(conventions).collect()
 }
 
 /// One entry per path that was asked for, whether it came to run or not.
@@ -78,7 +120,7 @@ fn solutions(outcome: &PoolOutcome, input: &PoolInput) -> Solutions {
         ..input.clone()
     };
     Solutions {
-        sequential: (input.method != Method::Joint).then(|| solutions::sequential(outcome, input)),
+        reference: (input.method != Method::Joint).then(|| solutions::reference(outcome, input)),
         joint: joint.then(|| solutions::joint(outcome.joint.as_ref(), outcome, input)),
         joint_simple: (joint && input.joint.simple)
             .then(|| solutions::joint(outcome.simple.as_ref(), outcome, &simple)),
@@ -90,9 +132,9 @@ fn reason(outcome: &PoolOutcome, solutions: &Solutions) -> Option<String> {
     if let Some(refusal) = &outcome.refusal {
         return Some(refusal.to_string());
     }
-    match (&solutions.joint, &solutions.sequential) {
+    match (&solutions.joint, &solutions.reference) {
         (Some(joint), _) => (!joint.usable).then(|| joint.message.clone()),
-        (None, Some(sequential)) => (!sequential.usable).then(|| sequential.message.clone()),
+        (None, Some(reference)) => (!reference.usable).then(|| reference.message.clone()),
         (None, None) => Some("no path was asked for".to_owned()),
     }
 }
@@ -105,19 +147,25 @@ fn returns_of<'o>(outcome: &'o PoolOutcome) -> &'o TieSet {
         .map_or(&outcome.returns, |joint| &joint.returns)
 }
 
-fn counts(outcome: &PoolOutcome, soundings: &TieSet, dropped: Dropped) -> Counts {
+fn counts(
+    outcome: &PoolOutcome,
+    soundings: &TieSet,
+    dropped: Dropped,
+) -> BTreeMap<String, SensorCounts> {
     let campaign = outcome.scene.campaign;
-    Counts {
-        soundings: sensor_counts(campaign.soundings.len(), soundings, dropped.soundings),
-        returns: sensor_counts(campaign.laser.len(), returns_of(outcome), dropped.returns),
-    }
+    let returns = sensor_counts(campaign.laser.len(), returns_of(outcome), dropped.returns);
+    let soundings = sensor_counts(campaign.soundings.len(), soundings, dropped.soundings);
+    BTreeMap::from([
+        ("soundings".to_owned(), soundings),
+        ("returns".to_owned(), returns),
+    ])
 }
 
 /// Rows with no verdict at all, because the calibration ended before they were looked at, are counted as such.
 fn sensor_counts(rows: usize, ties: &TieSet, dropped: u64) -> SensorCounts {
     let used = ties.ties.len() as u64;
     let judged = used + ties.rejected.values().sum::<u64>();
-    let mut rejected: std::collections::BTreeMap<String, u64> = ties
+    let mut rejected: BTreeMap<String, u64> = ties
         .rejected
         .iter()
         .map(|(reason, n)| ((*reason).to_owned(), *n))

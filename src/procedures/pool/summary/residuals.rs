@@ -8,11 +8,11 @@ use super::super::planes;
 use super::super::run::PoolOutcome;
 use super::super::scene::Scene;
 use super::super::ties::{Association, Tie, TieSet, tie_soundings};
+use super::sample_types::PerPath;
 use crate::geometry::plane::Plane;
 use crate::georef::georeference;
 use crate::matching::{Patches, Water};
 use crate::observe::Mounting;
-use crate::results::PerPath;
 
 /// Rows per parallel task; fixed, so that sums do not depend on the threads.
 const CHUNK: usize = 16_384;
@@ -80,7 +80,7 @@ impl Residuals {
                 .map(Model::of_joint)
         };
         let models = PerPath {
-            sequential,
+            reference: sequential,
             joint: model(&outcome.joint),
             joint_simple: model(&outcome.simple),
         };

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::super::run::PoolOutcome;
 use super::super::ties::{Tie, TieSet};
 use super::residuals::{Model, Residuals, Sums, sounding_point};
-use crate::results::{
-    FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample, Truth,
+use super::sample_types::{
+    FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample,
 };
 use crate::target::Role;
 
@@ -17,19 +17,17 @@ const MOST_OTHERS: usize = 10_000;
 /// Most points of a trajectory's polyline.
 const MOST_TRACK: usize = 500;
 
-/// Samples of an outcome; `title` names the survey, `truth` is known of a simulated one.
+/// Samples of an outcome.
 #[must_use]
-pub fn samples(outcome: &PoolOutcome, title: &str, truth: Option<Truth>) -> ReportSamples {
+pub fn samples(outcome: &PoolOutcome) -> ReportSamples {
     let residuals = Residuals::of(outcome);
     ReportSamples {
-        title: title.to_owned(),
         water_level_m: Some(outcome.scene.campaign.water_level_m),
         faces: faces(outcome),
         soundings: soundings(outcome, &residuals),
         returns: returns(outcome, &residuals),
         trajectory_m: tracks(outcome),
         face_statistics: statistics(outcome, &residuals),
-        truth,
     }
 }
 
@@ -107,7 +105,7 @@ fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample
 /// Applies `f` to the value of each path.
 fn each<T, U>(paths: &PerPath<T>, f: impl Fn(&T) -> Option<U>) -> PerPath<U> {
     PerPath {
-        sequential: paths.sequential.as_ref().and_then(&f),
+        reference: paths.reference.as_ref().and_then(&f),
         joint: paths.joint.as_ref().and_then(&f),
         joint_simple: paths.joint_simple.as_ref().and_then(&f),
     }

@@ -1,44 +1,32 @@
 //! The outcome of one path as it stands in a result.
 
-use nalgebra::{DMatrix, Matrix6, Vector3};
+use nalgebra::DMatrix;
+use serde_json::json;
 
 use super::super::joint::JointOutcome;
 use super::super::run::{PoolInput, PoolOutcome};
 use super::super::verdict::Refusal;
-use crate::adjust::{self, BlockId, Limits};
-use crate::calibrate::metric;
-use crate::observe::Mounting;
-use crate::results::{
-    Angles, Estimate, ExtraParameter, JointIteration, JointSolution, MountingAngles,
-    SequentialSolution, SixSigmas, Status,
-};
+use crate::adjust::{self, BlockId, Limits, Unit};
+use crate::calibrate::solution::{Mounted, matrices, parameter};
+use crate::results::{Iteration, Parameter, Solution, Status};
+
+/// Name of the sensor whose mounting is sought.
+pub const SENSOR: &str = "multibeam";
 
 /// The reference path.
-pub fn sequential(outcome: &PoolOutcome, input: &PoolInput) -> SequentialSolution {
+pub fn reference(outcome: &PoolOutcome, input: &PoolInput) -> Solution {
     match &outcome.sequential {
         Some(Ok(found)) => found.solution(),
-        Some(Err(error)) => no_sequential(input, error.to_string()),
-        None => no_sequential(input, not_run(outcome)),
+        Some(Err(error)) => no_reference(input, error.to_string()),
+        None => no_reference(input, not_run(outcome)),
     }
 }
 
-fn no_sequential(input: &PoolInput, message: String) -> SequentialSolution {
-    let variant = match input.sequential.variant {
-        super::super::config::Variant::Literal => "literal",
-        super::super::config::Variant::Projected => "projected",
-    };
-    SequentialSolution {
-        variant: variant.to_owned()
-            + if input.sequential.repeated {
-                ", repeated"
-            } else {
-                ""
-            },
-        status: Status::Refused,
-        usable: false,
-        message,
-        estimate: Estimate::default(),
-        iterations: vec![],
+fn no_reference(input: &PoolInput, message: String) -> Solution {
+    let config = input.sequential;
+    Solution {
+        details: json!({ "variant": config.variant.in_words(config.repeated), "passes": [] }),
+        ..Solution::without_result(Status::Refused, message)
     }
 }
 
@@ -50,53 +38,51 @@ fn not_run(outcome: &PoolOutcome) -> String {
 }
 
 /// A joint path; refused with the run's reason where it did not come to run.
-pub fn joint(
-    joint: Option<&JointOutcome>,
-    outcome: &PoolOutcome,
-    input: &PoolInput,
-) -> JointSolution {
+pub fn joint(joint: Option<&JointOutcome>, outcome: &PoolOutcome, input: &PoolInput) -> Solution {
     let Some(joint) = joint else {
-        return no_joint(not_run(outcome));
+        return Solution::without_result(Status::Refused, not_run(outcome));
     };
-    let iterations = iterations(joint);
+    let convergence = iterations(joint);
     let quality = super::quality::quality_of(joint, outcome, input);
     if let Some(refusal) = Refusal::of_joint(joint, input) {
         let status = match joint.solution.status {
             adjust::Status::RankDeficient { .. } => Status::RankDeficient,
             _ => Status::Refused,
         };
-        return JointSolution {
-            status,
-            iterations,
+        return Solution {
+            convergence,
             quality,
-            ..no_joint(refusal.to_string())
+            ..Solution::without_result(status, refusal.to_string())
         };
     }
     let (status, message) = ending(joint);
-    JointSolution {
+    let covariance = covariance(joint);
+    let mounted = Mounted {
+        name: SENSOR,
+        rotation: (
+            &joint.mounting.rotation,
+            &outcome.scene.campaign.sonar.rotation,
+        ),
+        lever_arm_m: Some((
+            joint.mounting.lever_arm_m,
+            outcome.scene.campaign.sonar.lever_arm_m,
+        )),
+        covariance: Some(&covariance),
+    };
+    let mut parameters = mounted.parameters("");
+    parameters.extend(extra(joint).into_iter().map(|e| e.parameter(joint)));
+    let (covariance, correlation) = matrices(&covariance);
+    Solution {
         status,
         usable: true,
         message,
-        estimate: estimate(joint, &outcome.scene.campaign.sonar),
-        standard_deviation: Some(sigmas(&joint.covariance)),
-        correlation: Some(correlation(&joint.covariance)),
-        extra: extra(joint),
-        iterations,
+        mountings: vec![mounted.result()],
+        parameters,
+        covariance,
+        correlation,
+        convergence,
         quality,
-    }
-}
-
-fn no_joint(message: String) -> JointSolution {
-    JointSolution {
-        status: Status::Refused,
-        usable: false,
-        message,
-        estimate: Estimate::default(),
-        standard_deviation: None,
-        correlation: None,
-        extra: vec![],
-        iterations: vec![],
-        quality: None,
+        details: serde_json::Value::Null,
     }
 }
 
@@ -117,10 +103,10 @@ fn ending(joint: &JointOutcome) -> (Status, String) {
     }
 }
 
-fn iterations(joint: &JointOutcome) -> Vec<JointIteration> {
+fn iterations(joint: &JointOutcome) -> Vec<Iteration> {
     let numbered = joint.rounds.iter().enumerate();
     numbered
-        .map(|(k, round)| JointIteration {
+        .map(|(k, round)| Iteration {
             outer: k as u32 + 1,
             inner: round.inner as u32,
             cost: round.cost,
@@ -130,76 +116,63 @@ fn iterations(joint: &JointOutcome) -> Vec<JointIteration> {
         .collect()
 }
 
-fn estimate(joint: &JointOutcome, nominal: &Mounting) -> Estimate {
-    let (roll, pitch, heading) = joint.mounting.angles();
-    let r = &joint.mounting.rotation;
-    Estimate {
-        rotation_matrix: Some([0, 1, 2].map(|i| [0, 1, 2].map(|j| r[(i, j)]))),
-        mounting_deg: Some(MountingAngles {
-            roll: roll.to_degrees(),
-            pitch: pitch.to_degrees(),
-            heading: heading.to_degrees(),
-        }),
-        correction_deg: Some(angles_deg(&joint.mounting.correction_from(nominal))),
-        lever_arm_m: Some(joint.mounting.lever_arm_m.into()),
-        lever_arm_correction_m: Some((joint.mounting.lever_arm_m - nominal.lever_arm_m).into()),
-        covariance: Some(rows(&joint.covariance)),
-    }
+/// Covariance of the mounting's six and of the further parameters.
+fn covariance(joint: &JointOutcome) -> DMatrix<f64> {
+    let columns = joint.columns();
+    let cofactor = &joint.solution.cofactor;
+    DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
+        cofactor[(columns[i], columns[j])]
+    })
 }
 
-/// A rotation vector (radians, body frame) as angles in degrees.
-pub fn angles_deg(vector_rad: &Vector3<f64>) -> Angles {
-    Angles {
-        pitch: vector_rad.x.to_degrees(),
-        roll: vector_rad.y.to_degrees(),
-        yaw: vector_rad.z.to_degrees(),
-    }
+/// A parameter beside the six of the mounting.
+struct Extra {
+    id: BlockId,
+    name: &'static str,
+    positive: &'static str,
+    unit: Unit,
+    limit: f64,
 }
 
-fn sigmas(covariance: &Matrix6<f64>) -> SixSigmas {
-    let s: Vec<f64> = (0..6).map(|i| covariance[(i, i)].sqrt()).collect();
-    SixSigmas {
-        pitch_deg: s[0].to_degrees(),
-        roll_deg: s[1].to_degrees(),
-        yaw_deg: s[2].to_degrees(),
-        lx_m: s[3],
-        ly_m: s[4],
-        lz_m: s[5],
-    }
-}
-
-fn rows(m: &Matrix6<f64>) -> crate::results::Matrix6 {
-    [0, 1, 2, 3, 4, 5].map(|i| [0, 1, 2, 3, 4, 5].map(|j| m[(i, j)]))
-}
-
-fn correlation(covariance: &Matrix6<f64>) -> crate::results::Matrix6 {
-    let r = metric::correlation(&DMatrix::from_column_slice(6, 6, covariance.as_slice()));
-    [0, 1, 2, 3, 4, 5].map(|i| [0, 1, 2, 3, 4, 5].map(|j| r[(i, j)]))
-}
-
-/// Latency and range scale, each with its verdict.
-fn extra(joint: &JointOutcome) -> Vec<ExtraParameter> {
+/// Latency and range scale, where they are sought.
+fn extra(joint: &JointOutcome) -> Vec<Extra> {
     let limits = Limits::default();
-    let latency = joint
-        .blocks
-        .latency
-        .map(|id| scalar(joint, id, "latency_s", "s", limits.second));
-    let scale = joint
-        .blocks
-        .range_scale
-        .map(|id| scalar(joint, id, "range_scale", "1", limits.one));
+    let latency = joint.blocks.latency.map(|id| Extra {
+        id,
+        name: "latency",
+        positive: "stamped too late",
+        unit: Unit::Second,
+        limit: limits.second,
+    });
+    let scale = joint.blocks.range_scale.map(|id| Extra {
+        id,
+        name: "range_scale",
+        positive: "measured too short",
+        unit: Unit::One,
+        limit: limits.one,
+    });
     latency.into_iter().chain(scale).collect()
 }
 
-fn scalar(joint: &JointOutcome, id: BlockId, name: &str, unit: &str, limit: f64) -> ExtraParameter {
-    let x = &joint.solution.estimate.parameters;
-    let sigma = joint.solution.cofactor[(x.offset(id), x.offset(id))].sqrt();
-    let observable = sigma <= limit;
-    ExtraParameter {
-        name: name.to_owned(),
-        value: observable.then(|| x.euclidean(id)[0]),
-        standard_deviation: observable.then_some(sigma),
-        unit: unit.to_owned(),
-        observable,
+impl Extra {
+    /// With its verdict: a parameter that the data do not determine has no value.
+    fn parameter(&self, joint: &JointOutcome) -> Parameter {
+        let x = &joint.solution.estimate.parameters;
+        let column = x.offset(self.id);
+        let sigma = joint.solution.cofactor[(column, column)].sqrt();
+        let found = parameter(self.name, self.unit, x.euclidean(self.id)[0], Some(sigma));
+        let positive = self.positive.to_owned();
+        if sigma <= self.limit {
+            return Parameter { positive, ..found };
+        }
+        Parameter {
+            positive,
+            value: None,
+            correction: None,
+            sigma: None,
+            determined: false,
+            note: "not observable in this survey".to_owned(),
+            ..found
+        }
     }
 }

@@ -1,10 +1,14 @@
-//! The outcome as plain data: `result.json`, and the samples for the report.
+//! The outcome as plain data: `result.json`, and the report's own section.
 
+mod details;
 mod judgement;
 mod samples;
 mod solutions;
 
-pub use samples::samples;
+pub use details::{
+    HausdorffStep, RailDetails, RailJointDetails, RailReferenceDetails, RailReferenceSteps,
+};
+pub use samples::{Outline, ProfileSample, RailSamples, ResidualSample, page, true_values};
 
 use std::collections::BTreeMap;
 
@@ -18,31 +22,36 @@ use super::trial::{corrections_from, names};
 use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
 use crate::results::{
-    ParameterComparison, ParameterDifference, ProfilerCounts, Provenance, RAIL_SCHEMA, RailResult,
-    RailSolutions,
+    Calibration, Comparison, Difference, Provenance, SCHEMA, SensorCounts, Solutions,
 };
 use samples::{paths, rms};
 use solutions::{joint, reference, unit};
 
 /// Everything for `result.json`.
-#[must_use]
-pub fn result(outcome: &RailOutcome, input: &RailInput, provenance: Provenance) -> RailResult {
+///
+/// # Errors
+/// None for details made here; `serde_json` does not promise it.
+pub fn result(
+    outcome: &RailOutcome,
+    input: &RailInput,
+    provenance: Provenance,
+) -> serde_json::Result<Calibration> {
     let scene = &outcome.scene;
-    let (heading, pitch) = scene.turned_rad();
-    RailResult {
-        schema: RAIL_SCHEMA,
+    let reason = outcome.refusal.as_ref().map(ToString::to_string);
+    let by_reference = outcome.reference.as_ref().map(|r| reference(r, scene));
+    let by_joint = outcome.joint.as_ref().map(|j| joint(j, outcome, input));
+    Ok(Calibration {
+        schema: SCHEMA,
         procedure: "rail".to_owned(),
         provenance,
-        usable: outcome.refusal.is_none(),
-        reason: outcome.refusal.as_ref().map(ToString::to_string),
+        usable: reason.is_none(),
         verdict: outcome.verdict(),
-        rail: scene.rail.name.clone(),
-        positions: scene.positions.len() as u64,
-        turned_deg: [heading.to_degrees(), pitch.to_degrees()],
+        reason,
         counts: counts(outcome),
-        solutions: RailSolutions {
-            reference: outcome.reference.as_ref().map(|r| reference(r, scene)),
-            joint: outcome.joint.as_ref().map(|j| joint(j, outcome, input)),
+        solutions: Solutions {
+            reference: by_reference.transpose()?,
+            joint: by_joint.transpose()?,
+            joint_simple: None,
         },
         comparison: comparison(outcome),
         residual_rms_m: paths(outcome)
@@ -50,6 +59,17 @@ pub fn result(outcome: &RailOutcome, input: &RailInput, provenance: Provenance) 
             .map(|path| (path.name.to_owned(), rms(outcome, &path)))
             .collect(),
         notes: notes(scene),
+        details: serde_json::to_value(details(scene))?,
+        conventions: vec![],
+    })
+}
+
+fn details(scene: &RailScene) -> RailDetails {
+    let (heading, pitch) = scene.turned_rad();
+    RailDetails {
+        rail: scene.rail.name.clone(),
+        positions: scene.positions.len() as u64,
+        turned_deg: [heading.to_degrees(), pitch.to_degrees()],
     }
 }
 
@@ -93,7 +113,8 @@ pub(super) fn usable_reference<'o>(outcome: &'o RailOutcome) -> Option<&'o Vec<R
     outcome.reference.as_ref()?.as_ref().ok()
 }
 
-fn counts(outcome: &RailOutcome) -> Vec<ProfilerCounts> {
+/// Points by profiler.
+fn counts(outcome: &RailOutcome) -> BTreeMap<String, SensorCounts> {
     let scene = &outcome.scene;
     let points = &scene.campaign.points;
     let per = |rows: &mut dyn Iterator<Item = u32>| {
@@ -121,12 +142,12 @@ fn counts(outcome: &RailOutcome) -> Vec<ProfilerCounts> {
             },
             resting[p] - used[p],
         );
-        ProfilerCounts {
-            profiler: profiler.name.clone(),
+        let counts = SensorCounts {
             read: read[p],
             used: used[p],
             rejected,
-        }
+        };
+        (profiler.name.clone(), counts)
     };
     scene
         .campaign
@@ -138,7 +159,7 @@ fn counts(outcome: &RailOutcome) -> Vec<ProfilerCounts> {
 }
 
 /// The reference path minus the joint one.
-fn comparison(outcome: &RailOutcome) -> Option<ParameterComparison> {
+fn comparison(outcome: &RailOutcome) -> Option<Comparison> {
     let (by_reference, by_joint) = (usable_reference(outcome)?, usable_joint(outcome)?);
     let found = by_reference.iter().map(|r| &r.mounting);
     let d = corrections_from(found, by_joint.mountings.iter());
@@ -150,16 +171,15 @@ fn comparison(outcome: &RailOutcome) -> Option<ParameterComparison> {
         .enumerate();
     let differences = all.map(|(k, (name, value))| {
         let (difference, unit) = readable(value, unit(k));
-        let in_reference_sigmas = value / by_joint.covariance[(k, k)].sqrt();
-        ParameterDifference {
+        let in_joint_sigmas = value / by_joint.covariance[(k, k)].sqrt();
+        Difference {
             name,
             unit: unit.to_owned(),
             difference,
-            in_reference_sigmas,
+            in_joint_sigmas,
         }
     });
-    Some(ParameterComparison {
-        reference: "joint".to_owned(),
+    Some(Comparison {
         differences: differences.collect(),
         chi_square,
         degrees_of_freedom: degrees as u32,

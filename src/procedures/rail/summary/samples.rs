@@ -1,19 +1,66 @@
 //! Decimated points for the report's pictures, and the RMS of each path.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::super::conditions::Tie;
 use super::super::joint::RailJoint;
 use super::super::model::Turned;
 use super::super::run::RailOutcome;
 use super::super::scene::RailScene;
-use super::super::trial::{corrections, corrections_from};
-use super::solutions::unit;
+use super::super::simulate::RailTruth;
+use super::super::simulate::truth::ProfilerTruth;
 use super::{usable_joint, usable_reference};
-use crate::calibrate::quality::readable;
+use crate::calibrate::truth::{TrueMounting, TrueValues};
 use crate::geometry::rotation;
 use crate::observe::Mounting;
-use crate::results::{Outline, ProfileSample, RailAgainstTruth, RailSamples, ResidualSample};
+use crate::results::{Calibration, Page};
+
+/// What the report's pictures are drawn from. Stays in memory; `result.json` does not hold it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct RailSamples {
+    /// The standard profile as polylines, one per element, millimetres.
+    pub outline_mm: Vec<Outline>,
+    /// Some of the points at the position nearest to level, under each mounting.
+    pub profiles: Vec<ProfileSample>,
+    /// Residuals of some of the points over all positions.
+    pub residuals: Vec<ResidualSample>,
+}
+
+/// One element of the standard profile.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outline {
+    /// Its name.
+    pub name: String,
+    /// `line`, `arc` for the reference path's regions, else empty.
+    pub region: String,
+    /// (x, z), millimetres.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Points of one profiler in the cross-section.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ProfileSample {
+    /// Index of the profiler.
+    pub profiler: u32,
+    /// `nominal`, `reference` or `joint`.
+    pub path: String,
+    /// (x, z, distance from the profile), millimetres.
+    pub points: Vec<[f64; 3]>,
+}
+
+/// A residual with its place on the profile and its position.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ResidualSample {
+    /// Index of the profiler.
+    pub profiler: u32,
+    /// Element of the rail.
+    pub element: u32,
+    /// Position of the table.
+    pub position: u32,
+    /// Distance from the profile under the joint solution, millimetres.
+    pub joint_mm: f64,
+}
 
 /// Points of a profile shown per profiler and path.
 const SHOWN: usize = 1500;
@@ -126,35 +173,45 @@ pub(super) fn rms(outcome: &RailOutcome, path: &Path) -> f64 {
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// Samples for the pictures; `truth` are the true mountings, where they are known.
-#[must_use]
-pub fn samples(outcome: &RailOutcome, title: &str, truth: Option<&[Mounting]>) -> RailSamples {
-    RailSamples {
-        title: title.to_owned(),
+/// What the report of an outcome shows beside its result; `title` names the survey, `truth` is known of a simulated one.
+///
+/// # Errors
+/// None for samples made here; `serde_json` does not promise it.
+pub fn page(
+    outcome: &RailOutcome,
+    result: &Calibration,
+    title: &str,
+    truth: Option<&RailTruth>,
+) -> serde_json::Result<Page> {
+    let samples = RailSamples {
         outline_mm: outline(&outcome.scene),
         profiles: profiles(outcome),
         residuals: residuals(outcome),
-        truth: truth.map(|truth| against(outcome, truth)),
-    }
+    };
+    Ok(Page {
+        title: title.to_owned(),
+        kind: "calibration of track profilers at a standard rail",
+        data: serde_json::to_value(samples)?,
+        scripts: &[include_str!("../page/page.js")],
+        tables: vec![],
+        against_truth: truth.map(|t| true_values(t).against(&result.solutions)),
+    })
 }
 
-fn against(outcome: &RailOutcome, truth: &[Mounting]) -> RailAgainstTruth {
-    let shown = |values: Vec<f64>| {
-        let each = values.iter().enumerate();
-        each.map(|(k, v)| readable(*v, unit(k)).0).collect()
+/// The truth by the names of the parameters.
+#[must_use]
+pub fn true_values(truth: &RailTruth) -> TrueValues {
+    let one = |profiler: &ProfilerTruth| {
+        let mounting = profiler.mounting();
+        TrueMounting {
+            prefix: format!("{} ", profiler.name),
+            rotation: mounting.rotation,
+            lever_arm_m: Some(mounting.lever_arm_m),
+        }
     };
-    let (reference, joint) = (usable_reference(outcome), usable_joint(outcome));
-    let errors = |found: Vec<&Mounting>| shown(corrections_from(found.into_iter(), truth.iter()));
-    let profilers = &outcome.scene.campaign.profilers;
-    RailAgainstTruth {
-        corrections: shown(corrections(truth.iter(), profilers)),
-        reference_errors: errors(
-            reference
-                .iter()
-                .flat_map(|r| r.iter().map(|r| &r.mounting))
-                .collect(),
-        ),
-        joint_errors: errors(joint.iter().flat_map(|j| &j.mountings).collect()),
+    TrueValues {
+        mountings: truth.profilers.iter().map(one).collect(),
+        others: vec![],
     }
 }
 

@@ -2,55 +2,18 @@
 
 use nalgebra::DMatrix;
 
-use super::super::joint::{RailJoint, Round};
+use super::super::joint::RailJoint;
 use super::super::model::SOUGHT;
 use super::super::reference::{RailReference, ReferenceError, SweepStep};
 use super::super::run::{RailInput, RailOutcome};
 use super::super::scene::RailScene;
-use super::super::trial::{corrections, names};
 use super::super::verdict::RailRefusal;
+use super::details::{HausdorffStep, RailJointDetails, RailReferenceDetails, RailReferenceSteps};
 use super::judgement::judged;
 use crate::adjust::{self, Unit};
-use crate::calibrate::quality::readable;
-use crate::observe::Mounting;
-use crate::results::{
-    Angles, HausdorffStep, JointIteration, MountingAngles, Parameter, RailJointSolution,
-    RailMounting, RailReferenceSolution, RailReferenceSteps, Status,
-};
-
-fn mounting(found: &Mounting, profiler: &crate::observe::Profiler) -> RailMounting {
-    let r = found.rotation;
-    let (roll, pitch, heading) = found.angles();
-    let turn = found
-        .correction_from(&profiler.nominal)
-        .map(f64::to_degrees);
-    RailMounting {
-        profiler: profiler.name.clone(),
-        rotation_matrix: [0, 1, 2].map(|i| [0, 1, 2].map(|j| r[(i, j)])),
-        mounting_deg: MountingAngles {
-            roll: roll.to_degrees(),
-            pitch: pitch.to_degrees(),
-            heading: heading.to_degrees(),
-        },
-        correction_deg: Angles {
-            pitch: turn.x,
-            roll: turn.y,
-            yaw: turn.z,
-        },
-        lever_arm_m: found.lever_arm_m.into(),
-        lever_arm_correction_m: (found.lever_arm_m - profiler.nominal.lever_arm_m).into(),
-    }
-}
-
-fn mountings<'m>(
-    found: impl Iterator<Item = &'m Mounting>,
-    scene: &RailScene,
-) -> Vec<RailMounting> {
-    found
-        .zip(&scene.campaign.profilers)
-        .map(|(m, p)| mounting(m, p))
-        .collect()
-}
+use crate::calibrate::solution::{Mounted, iterations, matrices, parameter};
+use crate::observe::{Mounting, Profiler};
+use crate::results::{Iteration, Parameter, Solution, Status};
 
 pub(super) fn unit(column: usize) -> Unit {
     if column % SOUGHT < 3 {
@@ -60,56 +23,71 @@ pub(super) fn unit(column: usize) -> Unit {
     }
 }
 
-/// Corrections as named parameters, angles in degrees.
-fn parameters(values: &[f64], sigmas: Option<&DMatrix<f64>>, scene: &RailScene) -> Vec<Parameter> {
-    let named = names(&scene.campaign.profilers)
-        .into_iter()
-        .zip(values)
-        .enumerate();
-    named
-        .map(|(k, (name, value))| {
-            let (shown, unit_name) = readable(*value, unit(k));
-            Parameter {
-                name,
-                unit: unit_name.to_owned(),
-                nominal: Some(0.0),
-                value: Some(shown),
-                standard_deviation: sigmas.map(|c| readable(c[(k, k)].sqrt(), unit(k)).0),
-                note: String::new(),
-            }
-        })
-        .collect()
+fn mounted<'a>(
+    found: &'a Mounting,
+    profiler: &'a Profiler,
+    covariance: Option<&'a DMatrix<f64>>,
+) -> Mounted<'a> {
+    Mounted {
+        name: &profiler.name,
+        rotation: (&found.rotation, &profiler.nominal.rotation),
+        lever_arm_m: Some((found.lever_arm_m, profiler.nominal.lever_arm_m)),
+        covariance,
+    }
+}
+
+/// Columns of one mounting's pitch, roll, yaw, lx, ly, lz: the engine has the lever arms along the rail behind all others.
+fn columns(profiler: usize, profilers: usize) -> [usize; 6] {
+    let (first, along) = (SOUGHT * profiler, SOUGHT * profilers + profiler);
+    [first, first + 1, first + 2, first + 3, along, first + 4]
+}
+
+/// The rows and columns named.
+fn part(of: &DMatrix<f64>, columns: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
+        of[(columns[i], columns[j])]
+    })
 }
 
 pub(super) fn reference(
     found: &Result<Vec<RailReference>, ReferenceError>,
     scene: &RailScene,
-) -> RailReferenceSolution {
+) -> serde_json::Result<Solution> {
     let all = match found {
         Ok(all) => all,
         Err(error) => {
-            return RailReferenceSolution {
-                status: Status::Refused,
-                usable: false,
-                message: error.to_string(),
-                mountings: vec![],
-                parameters: vec![],
-                steps: vec![],
-            };
+            return Ok(Solution::without_result(Status::Refused, error.to_string()));
         }
     };
-    let values = corrections(all.iter().map(|r| &r.mounting), &scene.campaign.profilers);
-    RailReferenceSolution {
-        status: Status::Converged,
+    let profilers = &scene.campaign.profilers;
+    let pairs = || all.iter().zip(profilers);
+    let details = RailReferenceDetails {
+        steps: pairs().map(|(r, p)| steps(r, &p.name)).collect(),
+    };
+    let named = |(r, p): (&RailReference, &Profiler)| {
+        let mut six = mounted(&r.mounting, p, None).parameters(&format!("{} ", p.name));
+        six[4] = not_sought(&six[4]);
+        six
+    };
+    Ok(Solution {
         usable: true,
-        message: String::new(),
-        mountings: mountings(all.iter().map(|r| &r.mounting), scene),
-        parameters: parameters(&values, None, scene),
-        steps: all
-            .iter()
-            .zip(&scene.campaign.profilers)
-            .map(|(r, p)| steps(r, &p.name))
+        parameters: pairs().flat_map(named).collect(),
+        mountings: pairs()
+            .map(|(r, p)| mounted(&r.mounting, p, None).result())
             .collect(),
+        details: serde_json::to_value(details)?,
+        ..Solution::without_result(Status::Converged, String::new())
+    })
+}
+
+/// The lever arm along the rail, which the patent's path leaves as it was.
+fn not_sought(parameter: &Parameter) -> Parameter {
+    Parameter {
+        value: None,
+        correction: None,
+        determined: false,
+        note: "not sought by this path".to_owned(),
+        ..parameter.clone()
     }
 }
 
@@ -146,83 +124,69 @@ pub(super) fn joint(
     found: &Result<RailJoint, adjust::AdjustError>,
     outcome: &RailOutcome,
     input: &RailInput,
-) -> RailJointSolution {
-    let message = outcome
-        .refusal
-        .as_ref()
-        .map(RailRefusal::to_string)
-        .unwrap_or_default();
-    let refused = outcome.refusal.is_some();
-    let mut solution = RailJointSolution {
-        status: Status::Refused,
-        usable: !refused,
-        message,
-        mountings: vec![],
-        parameters: vec![],
-        covariance: vec![],
-        nuisance: vec![],
-        iterations: vec![],
-        quality: None,
+) -> serde_json::Result<Solution> {
+    let refusal = outcome.refusal.as_ref().map(RailRefusal::to_string);
+    let (refused, message) = (refusal.is_some(), refusal.unwrap_or_default());
+    let Ok(found) = found else {
+        return Ok(Solution::without_result(Status::Refused, message));
     };
-    let Ok(found) = found else { return solution };
-    solution.status = status(found, refused);
-    solution.iterations = iterations(found);
+    let solution = Solution {
+        convergence: convergence(found),
+        ..Solution::without_result(status(found, refused), message)
+    };
     if refused {
-        return solution;
+        return Ok(solution);
     }
     let scene = &outcome.scene;
-    let values = corrections(found.mountings.iter(), &scene.campaign.profilers);
-    solution.mountings = mountings(found.mountings.iter(), scene);
-    solution.parameters = parameters(&values, Some(&found.covariance), scene);
-    solution.covariance = found
-        .covariance
-        .row_iter()
-        .map(|r| r.iter().copied().collect())
+    let profilers = &scene.campaign.profilers;
+    let of_one = |p: usize| part(&found.solution.cofactor, &columns(p, profilers.len()));
+    let own: Vec<DMatrix<f64>> = (0..profilers.len()).map(of_one).collect();
+    let all: Vec<Mounted> = (found.mountings.iter().zip(profilers).zip(&own))
+        .map(|((m, p), covariance)| mounted(m, p, Some(covariance)))
         .collect();
-    solution.nuisance = nuisance(found);
-    solution.quality = judged(found, scene, input);
-    solution
+    let sought: Vec<usize> = (0..profilers.len())
+        .flat_map(|p| columns(p, profilers.len()))
+        .collect();
+    let (covariance, correlation) = matrices(&part(&found.solution.cofactor, &sought));
+    let nuisance = nuisance(found, sought.len());
+    Ok(Solution {
+        usable: true,
+        parameters: all
+            .iter()
+            .flat_map(|m| m.parameters(&format!("{} ", m.name)))
+            .collect(),
+        mountings: all.iter().map(Mounted::result).collect(),
+        covariance,
+        correlation,
+        quality: judged(found, scene, input),
+        details: serde_json::to_value(RailJointDetails { nuisance })?,
+        ..solution
+    })
 }
 
-fn iterations(found: &RailJoint) -> Vec<JointIteration> {
-    let round = |(outer, round): (usize, &Round)| {
-        let reassigned = round.changed as u64;
-        let all = round.iterations.iter().enumerate();
-        let step = move |(inner, &(cost, sigmas)): (usize, &(f64, f64))| JointIteration {
-            outer: outer as u32 + 1,
-            inner: inner as u32 + 1,
-            cost: finite(cost),
-            largest_step_in_sigma: finite(sigmas),
-            reassigned: if inner == 0 { reassigned } else { 0 },
-        };
-        all.map(step).collect::<Vec<_>>()
-    };
-    found.rounds.iter().enumerate().flat_map(round).collect()
-}
-
-/// JSON knows no infinity.
-fn finite(value: f64) -> f64 {
-    if value.is_finite() { value } else { f64::MAX }
+fn convergence(found: &RailJoint) -> Vec<Iteration> {
+    let rounds = found.rounds.iter().enumerate();
+    rounds
+        .flat_map(|(k, round)| {
+            iterations(k, round.changed as u64, round.iterations.iter().copied())
+        })
+        .collect()
 }
 
 /// What was estimated along: the change from its prior, since rotations have no single value.
-fn nuisance(found: &RailJoint) -> Vec<Parameter> {
+/// The first `sought` columns are parameters already.
+fn nuisance(found: &RailJoint, sought: usize) -> Vec<Parameter> {
     let x = &found.solution.estimate.parameters;
     let (mut all, mut column) = (vec![], 0);
     for block in x.blocks() {
         let size = block.components.len();
-        if let Some(prior) = &block.prior {
+        if let Some(prior) = block.prior.as_ref().filter(|_| column >= sought) {
             let change = block.chart.difference(&block.value, &prior.value);
             for (i, component) in block.components.iter().enumerate() {
                 let sigma = found.solution.cofactor[(column + i, column + i)].sqrt();
-                let (value, unit) = readable(change[i], component.unit);
                 all.push(Parameter {
-                    name: component.name.clone(),
-                    unit: unit.to_owned(),
-                    nominal: Some(0.0),
-                    value: Some(value),
-                    standard_deviation: Some(readable(sigma, component.unit).0),
                     note: "change from what was known before".to_owned(),
+                    ..parameter(&component.name, component.unit, change[i], Some(sigma))
                 });
             }
         }

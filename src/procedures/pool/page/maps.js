@@ -13,7 +13,7 @@ function normal(polygon) {
 /** Upright faces in one plane and of one role belong in one map; a horizontal face has its own. */
 function planes() {
   const list = [];
-  DATA.faces.forEach((face, index) => {
+  SAMPLES.faces.forEach((face, index) => {
     const n = normal(face.vertices_m), offset = dot(n, face.vertices_m[0]);
     const same = list.find(plane => plane.role === face.role && Math.abs(n[2]) < 0.7 && Math.abs(dot(plane.n, n)) > 0.9999 && Math.abs(plane.offset - Math.sign(dot(plane.n, n)) * offset) < 0.05);
     if (same) same.faces.push(index); else list.push({ n, offset, role: face.role, faces: [index], soundings: [] });
@@ -36,7 +36,7 @@ function mapAxes(plane) {
 const ROLES = { P1: "column at -Y (P1)", P2: "wall (P2)", P3: "column at +Y (P3)", horizontal: "horizontal", other: "" };
 
 function planeTitle(plane) {
-  const names = plane.faces.map(face => DATA.faces[face].name), height = DATA.faces[plane.faces[0]].vertices_m[0][2];
+  const names = plane.faces.map(face => SAMPLES.faces[face].name), height = SAMPLES.faces[plane.faces[0]].vertices_m[0][2];
   if (plane.role === "horizontal") return `${names.join(", ")}, z ${digits(height, 2)} m`;
   return ROLES[plane.role] || names.join(", ");
 }
@@ -65,7 +65,7 @@ function drawMap(plane, path, scale) {
   pen.lineWidth = 1.5;
   for (const face of plane.faces) {
     pen.beginPath();
-    DATA.faces[face].vertices_m.forEach(corner => pen.lineTo(...place(flat(corner))));
+    SAMPLES.faces[face].vertices_m.forEach(corner => pen.lineTo(...place(flat(corner))));
     pen.closePath();
     pen.stroke();
   }
@@ -74,7 +74,7 @@ function drawMap(plane, path, scale) {
 
 /** RMS of a plane of one face, as the result states it; several faces have theirs in the table. */
 function rmsOf(plane, path) {
-  const figures = DATA.face_statistics.filter(entry => plane.faces.includes(entry.face));
+  const figures = SAMPLES.face_statistics.filter(entry => plane.faces.includes(entry.face));
   return figures.length === 1 && !missing(figures[0].rms_m[path.key]) ? `RMS ${digits(1e3 * figures[0].rms_m[path.key], 1)} mm` : "";
 }
 
@@ -87,15 +87,15 @@ function mapScale(list, paths) {
 function buildMaps() {
   const paths = PATHS.filter(path => SOUNDINGS.residual[path.key] && SOUNDINGS.position[path.key]);
   const all = planes(), list = all.filter(plane => plane.soundings.length);
-  if (!paths.length || !list.length) { hide("maps"); return; }
+  if (!paths.length || !list.length) return;
   for (const plane of list) {
     const [right, up] = mapAxes(plane), position = SOUNDINGS.position[paths[paths.length - 1].key];
     plane.bounds = bounds(plane.soundings.map(i => position.subarray(3 * i, 3 * i + 3)).map(p => [dot(right, p), dot(up, p)]));
   }
   const order = ["P2", "P1", "P3", "other", "horizontal"], scale = mapScale(list, paths);
   list.sort((a, b) => order.indexOf(a.role) - order.indexOf(b.role));
-  const empty = all.filter(plane => !plane.soundings.length).flatMap(plane => plane.faces).map(face => DATA.faces[face].name);
-  section("maps").append(residualLegend(), el("div", { class: "maps" }, list.map(plane => el("div", { class: "map" },
+  const empty = all.filter(plane => !plane.soundings.length).flatMap(plane => plane.faces).map(face => SAMPLES.faces[face].name);
+  add("maps", "Residuals of the soundings on the faces", residualLegend(), el("div", { class: "maps" }, list.map(plane => el("div", { class: "map" },
     el("h3", {}, planeTitle(plane), el("small", {}, `${grouped(plane.soundings.length)} soundings shown`)),
     el("div", { class: "pair" }, paths.map(path => drawMap(plane, path, scale)))))),
   el("p", { class: "note" }, `All maps in one scale. Upright faces as seen from the boat, horizontal ones from above with the wall on top. ${empty.length ? `No soundings on: ${empty.join(", ")}.` : ""}`));

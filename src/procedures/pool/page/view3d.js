@@ -31,8 +31,8 @@ precision mediump float; uniform vec4 u_colour; out vec4 colour; void main() { c
 // CAMERA
 
 const EXTENT = (() => {
-  const corners = DATA.faces.flatMap(face => face.vertices_m);
-  const points = corners.length ? corners : DATA.trajectory_m.flat();
+  const corners = SAMPLES.faces.flatMap(face => face.vertices_m);
+  const points = corners.length ? corners : SAMPLES.trajectory_m.flat();
   const low = [0, 1, 2].map(i => Math.min(...points.map(p => p[i]), Infinity)), high = [0, 1, 2].map(i => Math.max(...points.map(p => p[i]), -Infinity));
   const known = points.length > 0;
   const centre = known ? low.map((l, i) => (l + high[i]) / 2) : [0, 0, 0];
@@ -87,8 +87,8 @@ function outline(polygon) {
 }
 
 function waterPolygon() {
-  const z = DATA.water_level_m, path = DATA.trajectory_m.flat(), { low, high } = EXTENT;
-  if (missing(z) || !DATA.faces.length) return [];
+  const z = SAMPLES.water_level_m, path = SAMPLES.trajectory_m.flat(), { low, high } = EXTENT;
+  if (missing(z) || !SAMPLES.faces.length) return [];
   const near = Math.min(low[0], ...path.map(p => p[0])) - 1;
   return [[near, low[1] - 1, z], [high[0], low[1] - 1, z], [high[0], high[1] + 1, z], [near, high[1] + 1, z]];
 }
@@ -143,8 +143,8 @@ class Scene {
 
   makeShapes() {
     const shape = (flat, colour, kind, part) => ({ buffer: buffer(this.gl, new Float32Array(flat)), count: flat.length / 3, colour, kind, part });
-    const polygons = DATA.faces.map(face => face.vertices_m), water = waterPolygon(), gl = this.gl;
-    const paths = DATA.trajectory_m.filter(path => path.length > 1).map(path => shape(path.flat(), [1, 0.82, 0.35, 0.9], gl.LINE_STRIP, "trajectory"));
+    const polygons = SAMPLES.faces.map(face => face.vertices_m), water = waterPolygon(), gl = this.gl;
+    const paths = SAMPLES.trajectory_m.filter(path => path.length > 1).map(path => shape(path.flat(), [1, 0.82, 0.35, 0.9], gl.LINE_STRIP, "trajectory"));
     return [...paths, shape(polygons.flatMap(outline), [0.75, 0.85, 0.92, 0.75], gl.LINES, "faces"),
       shape(polygons.flatMap(fan), [0.6, 0.75, 0.85, 0.09], gl.TRIANGLES, "faces"),
       shape(fan(water), [0.25, 0.6, 0.85, 0.16], gl.TRIANGLES, "faces")].filter(made => made.count);
@@ -325,10 +325,10 @@ function projector(width, height) {
 
 function stillPicture(state) {
   const width = 560, height = 330, project = projector(width, height), path = list => list.map(p => project(...p).map(v => v.toFixed(1)).join(",")).join(" ");
-  const faces = DATA.faces.map(face => svg("polygon", { points: path(face.vertices_m), fill: "#dfe8ee", "fill-opacity": 0.35, stroke: "#8fa3b1", "stroke-width": 0.7 }));
+  const faces = SAMPLES.faces.map(face => svg("polygon", { points: path(face.vertices_m), fill: "#dfe8ee", "fill-opacity": 0.35, stroke: "#8fa3b1", "stroke-width": 0.7 }));
   const water = waterPolygon();
   const level = water.length ? [svg("polygon", { points: path(water), fill: "#7fb7dd", "fill-opacity": 0.14 })] : [];
-  const boat = DATA.trajectory_m.map(line => svg("polyline", { points: path(line), fill: "none", stroke: "#b58900" }));
+  const boat = SAMPLES.trajectory_m.map(line => svg("polyline", { points: path(line), fill: "none", stroke: "#b58900" }));
   const step = Math.max(1, Math.ceil(SOUNDINGS.count / 2500)), dots = [];
   for (let i = 0; i < SOUNDINGS.count; i += step) {
     if (!SOUNDINGS.used[i] || Number.isNaN(state.position[3 * i])) continue;
@@ -345,8 +345,8 @@ function stills(kind) {
 }
 
 function buildScene() {
-  const home = section("scene");
-  if (!DATA.faces.length && !SOUNDINGS.count) { hide("scene"); return; }
+  if (!SAMPLES.faces.length && !SOUNDINGS.count) return;
+  const home = add("scene", "Target and soundings, before and after");
   const canvas = el("canvas", { tabindex: 0, role: "img", "aria-label": "Target and soundings in three dimensions. Arrow keys turn, plus and minus zoom, 0 resets." });
   const gl = canvas.getContext("webgl2", { antialias: true });
   if (!gl) {

@@ -1,27 +1,94 @@
-//! The data inside the page: result, headline, conventions and the samples packed as base64 of 32-bit floats.
+//! The pool's own section of the report: the samples, packed as base64 of 32-bit floats, and the scripts that draw them.
 
-use crate::report::conventions::{Convention, conventions};
-use crate::report::headline;
-use crate::results::{
-    FaceSample, FaceStatistics, PerPath, PoolResult, ReportSamples, SoundingSample, Truth,
-};
+use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
-/// Everything that the page's scripts read.
+use super::super::run::PoolOutcome;
+use super::sample_types::{FaceSample, FaceStatistics, PerPath, ReportSamples, SoundingSample};
+use crate::calibrate::truth::{TrueMounting, TrueValues};
+use crate::results::{Calibration, Page};
+use crate::simulate::Truth;
+
+const SCRIPTS: [&str; 4] = [
+    include_str!("../page/draw.js"),
+    include_str!("../page/view3d.js"),
+    include_str!("../page/maps.js"),
+    include_str!("../page/page.js"),
+];
+
+/// What the report of an outcome shows beside its result; `title` names the survey, `truth` is known of a simulated one.
+///
+/// # Errors
+/// None for samples made here; `serde_json` does not promise it.
+pub fn page(
+    outcome: &PoolOutcome,
+    result: &Calibration,
+    title: &str,
+    truth: Option<&Truth>,
+) -> serde_json::Result<Page> {
+    let page = packed_page(&super::samples(outcome), title)?;
+    Ok(Page {
+        against_truth: truth.map(|t| true_values(t).against(&result.solutions)),
+        ..page
+    })
+}
+
+/// The same of samples that are at hand.
+///
+/// # Errors
+/// As [`page`].
+pub fn packed_page(samples: &ReportSamples, title: &str) -> serde_json::Result<Page> {
+    Ok(Page {
+        title: title.to_owned(),
+        kind: "calibration of a multibeam's mounting on a pool wall",
+        data: serde_json::to_value(Data::new(samples))?,
+        scripts: &SCRIPTS,
+        tables: vec![],
+        against_truth: None,
+    })
+}
+
+/// The truth by the names of the parameters.
+#[must_use]
+pub fn true_values(truth: &Truth) -> TrueValues {
+    let rotation = Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
+    let mounting = TrueMounting {
+        prefix: String::new(),
+        rotation,
+        lever_arm_m: Some(Vector3::from(truth.lever_arm_m)),
+    };
+    TrueValues {
+        mountings: vec![mounting],
+        others: vec![
+            ("latency", truth.latency_s),
+            ("range_scale", truth.range_scale),
+        ],
+    }
+}
+
+/// Everything that the scripts of this folder read.
 #[derive(Serialize)]
-pub struct Payload<'a> {
-    title: &'a str,
-    headline: String,
-    significance: f64,
-    result: &'a PoolResult,
-    conventions: Vec<Convention>,
+struct Data<'a> {
     faces: &'a [FaceSample],
     water_level_m: Option<f64>,
     trajectory_m: &'a [Vec<[f64; 3]>],
     face_statistics: &'a [FaceStatistics],
-    truth: Option<Truth>,
     soundings: Soundings,
     returns: Returns,
+}
+
+impl<'a> Data<'a> {
+    /// Refers to the samples, packs the points.
+    fn new(samples: &'a ReportSamples) -> Self {
+        Self {
+            faces: &samples.faces,
+            water_level_m: samples.water_level_m,
+            trajectory_m: &samples.trajectory_m,
+            face_statistics: &samples.face_statistics,
+            soundings: soundings(&samples.soundings),
+            returns: returns(samples),
+        }
+    }
 }
 
 /// Soundings by column; metres; NaN where there is no value, -1 where there is no face.
@@ -50,52 +117,18 @@ struct Returns {
 #[derive(Serialize)]
 struct Packed(String);
 
-impl<'a> Payload<'a> {
-    /// Refers to `result` and `samples`, packs the points.
-    pub fn new(result: &'a PoolResult, samples: &'a ReportSamples) -> Self {
-        Self {
-            title: &samples.title,
-            headline: headline(result),
-            significance: crate::report::SIGNIFICANCE,
-            result,
-            conventions: table(result),
-            faces: &samples.faces,
-            water_level_m: samples.water_level_m,
-            trajectory_m: &samples.trajectory_m,
-            face_statistics: &samples.face_statistics,
-            truth: samples.truth,
-            soundings: soundings(&samples.soundings),
-            returns: returns(samples),
-        }
-    }
-}
-
-/// Of the deciding solution, and only when it may be used.
-fn table(result: &PoolResult) -> Vec<Convention> {
-    let s = &result.solutions;
-    let deciding = s
-        .joint
-        .as_ref()
-        .map(|joint| &joint.estimate)
-        .or(s.sequential.as_ref().map(|s| &s.estimate));
-    deciding
-        .filter(|_| result.usable)
-        .map(conventions)
-        .unwrap_or_default()
-}
-
 fn soundings(all: &[SoundingSample]) -> Soundings {
     Soundings {
         count: all.len(),
         nominal: Packed::points(all.iter().map(|s| Some(s.nominal_m))),
         position: PerPath {
-            sequential: points_if_any(all, |s| s.position_m.sequential),
+            reference: points_if_any(all, |s| s.position_m.reference),
             joint: points_if_any(all, |s| s.position_m.joint),
             joint_simple: points_if_any(all, |s| s.position_m.joint_simple),
         },
         nominal_residual: Packed::values(all.iter().map(|s| s.nominal_residual_m)),
         residual: PerPath {
-            sequential: values_if_any(all, |s| s.residual_m.sequential),
+            reference: values_if_any(all, |s| s.residual_m.reference),
             joint: values_if_any(all, |s| s.residual_m.joint),
             joint_simple: values_if_any(all, |s| s.residual_m.joint_simple),
         },

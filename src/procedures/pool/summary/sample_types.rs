@@ -1,13 +1,10 @@
 //! Decimated samples for the report's pictures, in the refined target frame (x through the wall, away from the boat; y along it; z up).
 
-use super::Angles;
 use serde::{Deserialize, Serialize};
 
 /// What the pictures are drawn from. Stays in memory; `result.json` does not hold it. A hundred thousand points keep the report quick.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReportSamples {
-    /// Name of the survey.
-    pub title: String,
     /// Height of the water level, metres; `None` when not known.
     pub water_level_m: Option<f64>,
     /// The target's faces.
@@ -20,15 +17,13 @@ pub struct ReportSamples {
     pub trajectory_m: Vec<Vec<[f64; 3]>>,
     /// Residual figures per face of all used soundings, not of the samples only.
     pub face_statistics: Vec<FaceStatistics>,
-    /// True corrections, where the survey was simulated.
-    pub truth: Option<Truth>,
 }
 
 /// One value per path that ran.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PerPath<T> {
     /// Reference path.
-    pub sequential: Option<T>,
+    pub reference: Option<T>,
     /// Joint path.
     pub joint: Option<T>,
     /// Simple joint path.
@@ -89,13 +84,4 @@ pub struct FaceStatistics {
     pub mean_m: PerPath<f64>,
     /// RMS residual per path, metres.
     pub rms_m: PerPath<f64>,
-}
-
-/// The truth of a simulated survey.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Truth {
-    /// `log(R_true R_nominal^T)`, body frame, degrees.
-    pub correction_deg: Angles,
-    /// True minus nominal lever arm, body frame, metres.
-    pub lever_arm_correction_m: [f64; 3],
 }

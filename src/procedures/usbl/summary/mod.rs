@@ -1,4 +1,14 @@
-//! A USBL calibration's outcome as plain results: `result.json` and the samples of the report's pictures.
+//! A USBL calibration's outcome as plain results: `result.json` and the report's own section.
+
+mod details;
+mod page;
+mod words;
+
+pub use details::{
+    UsblBeacon, UsblDetails, UsblIteration, UsblJointDetails, UsblPrintedAngles,
+    UsblReferenceDetails, UsblResiduals, UsblVerification,
+};
+pub use page::{UsblFixSample, UsblSamples, page, true_values};
 
 use nalgebra::{DMatrix, DVector, Matrix3};
 
@@ -12,82 +22,72 @@ use super::{UsblInput, UsblOutcome};
 use crate::adjust;
 use crate::calibrate::choices::Method;
 use crate::calibrate::metric;
-use crate::calibrate::quality::{Judged, block_priors, group, named_prior, quality, readable};
+use crate::calibrate::quality::{Judged, block_priors, group, named_prior, quality};
+use crate::calibrate::solution::{Mounted, iterations, matrices, mounting_angles, parameter, rows};
 use crate::geometry::rotation;
 use crate::observe::usbl::Role;
 use crate::results::{
-    Angles, MountingAngles, Parameter, ParameterComparison, ParameterDifference, Provenance,
-    Quality, SCHEMA, SensorCounts, Status, UsblBeacon, UsblFixSample, UsblIteration, UsblJoint,
-    UsblPrintedAngles, UsblReference, UsblResiduals, UsblResult, UsblSamples, UsblSolutions,
-    UsblTruth, UsblVerification,
+    Calibration, Comparison, Difference, Parameter, Provenance, Quality, SCHEMA, SensorCounts,
+    Solution, Solutions, Status,
 };
-
-/// Fixes of a beacon that the pictures show at the most.
-const SHOWN: usize = 400;
+/// Name of the sensor whose mounting is sought.
+pub const SENSOR: &str = "transducer";
 /// A turn of the attitude sensor above this makes the means of the reference path doubtful, radians.
 const UNREST_RAD: f64 = 0.01;
 
 /// The outcome as `result.json` gives it; `read` and `dropped` count the fixes of the file, `notes` come from reading it.
-#[must_use]
+///
+/// # Errors
+/// None for details made here; `serde_json` does not promise it.
 pub fn result(
     outcome: &UsblOutcome,
     input: &UsblInput,
     (read, dropped): (usize, usize),
     notes: &[String],
     provenance: Provenance,
-) -> UsblResult {
-    let campaign = input.campaign;
+) -> serde_json::Result<Calibration> {
     let usable = outcome.refusal.is_none();
-    let solutions = UsblSolutions {
-        reference: (input.method != Method::Joint).then(|| reference(outcome, input)),
-        joint: (input.method != Method::Sequential).then(|| joint(outcome, input)),
-    };
-    UsblResult {
+    let own = own_notes(outcome, input);
+    let reason = outcome.refusal.as_ref().map(ToString::to_string);
+    Ok(Calibration {
         schema: SCHEMA,
         procedure: "usbl".to_owned(),
         provenance,
         usable,
-        reason: outcome.refusal.as_ref().map(ToString::to_string),
         verdict: outcome.verdict(),
-        fixes: counts(outcome, read, dropped),
+        reason,
+        counts: [("fixes".to_owned(), counts(outcome, read, dropped))].into(),
+        solutions: solutions(outcome, input)?,
+        comparison: usable.then(|| compare(outcome)).flatten(),
+        residual_rms_m: std::collections::BTreeMap::new(),
+        notes: notes.iter().cloned().chain(own).collect(),
+        details: serde_json::to_value(details(outcome, input))?,
+        conventions: vec![],
+    })
+}
+
+/// One entry per path that was asked for.
+fn solutions(outcome: &UsblOutcome, input: &UsblInput) -> serde_json::Result<Solutions> {
+    let reference = (input.method != Method::Joint).then(|| reference(outcome, input));
+    let joint = (input.method != Method::Sequential).then(|| joint(outcome, input));
+    Ok(Solutions {
+        reference: reference.transpose()?,
+        joint: joint.transpose()?,
+        joint_simple: None,
+    })
+}
+
+fn details(outcome: &UsblOutcome, input: &UsblInput) -> UsblDetails {
+    UsblDetails {
         beacons: beacons(input),
-        transducer_standard_deviation_m: sigmas(&campaign.transducer.covariance_m2),
-        nominal_mounting_deg: mounting(&campaign.nominal),
-        comparison: if usable { compare(outcome) } else { None },
-        solutions,
+        transducer_standard_deviation_m: sigmas(&input.campaign.transducer.covariance_m2),
+        nominal_mounting_deg: mounting_angles(&input.campaign.nominal),
         verification: verification(outcome),
-        notes: notes
-            .iter()
-            .cloned()
-            .chain(own_notes(outcome, input))
-            .collect(),
     }
 }
 
 fn sigmas(covariance: &Matrix3<f64>) -> [f64; 3] {
     [0, 1, 2].map(|i| covariance[(i, i)].sqrt())
-}
-
-fn rows(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| m[(i, j)]))
-}
-
-fn mounting(r: &Matrix3<f64>) -> MountingAngles {
-    let (roll, pitch, heading) = rotation::to_attitude(r);
-    MountingAngles {
-        roll: roll.to_degrees(),
-        pitch: pitch.to_degrees(),
-        heading: heading.to_degrees(),
-    }
-}
-
-fn correction(r: &Matrix3<f64>, nominal: &Matrix3<f64>) -> Angles {
-    let turn = rotation::log(&(r * nominal.transpose())).map(f64::to_degrees);
-    Angles {
-        pitch: turn.x,
-        roll: turn.y,
-        yaw: turn.z,
-    }
 }
 
 fn printed(angles: &PrintedAngles) -> UsblPrintedAngles {
@@ -139,34 +139,49 @@ fn counts(outcome: &UsblOutcome, read: usize, dropped: usize) -> SensorCounts {
     }
 }
 
-fn reference(outcome: &UsblOutcome, input: &UsblInput) -> UsblReference {
+fn reference(outcome: &UsblOutcome, input: &UsblInput) -> serde_json::Result<Solution> {
+    let refused = |message: String| Ok(Solution::without_result(Status::Refused, message));
     if let Some(refusal) = outcome.refusal.as_ref().filter(|r| r.is_of_layout()) {
-        return no_reference(refusal.to_string());
+        return refused(refusal.to_string());
     }
     match &outcome.reference {
         Some(Ok(found)) => reference_found(found, input),
-        Some(Err(error)) => no_reference(error.to_string()),
-        None => no_reference("did not run".to_owned()),
+        Some(Err(error)) => refused(error.to_string()),
+        None => refused("did not run".to_owned()),
     }
 }
 
-fn no_reference(message: String) -> UsblReference {
-    UsblReference {
-        status: Status::Refused,
-        usable: false,
-        message,
-        rotation_matrix: None,
-        mounting_deg: None,
-        correction_deg: None,
-        formal_covariance: None,
-        adjusted_printed_deg: None,
-        measured_printed_deg: None,
-        difference_printed_deg: None,
-        iterations: vec![],
+fn reference_found(found: &ReferenceOutcome, input: &UsblInput) -> serde_json::Result<Solution> {
+    let status = if found.converged {
+        Status::Converged
+    } else {
+        Status::OutOfIterations
+    };
+    let mounted = mounted(&found.rotation, input, None);
+    Ok(Solution {
+        usable: found.converged,
+        parameters: mounted.parameters(""),
+        mountings: vec![mounted.result()],
+        details: serde_json::to_value(reference_details(found))?,
+        ..Solution::without_result(status, String::new())
+    })
+}
+
+/// The transducer on the attitude sensor, found and nominal.
+fn mounted<'a>(
+    found: &'a Matrix3<f64>,
+    input: &'a UsblInput,
+    covariance: Option<&'a DMatrix<f64>>,
+) -> Mounted<'a> {
+    Mounted {
+        name: SENSOR,
+        rotation: (found, &input.campaign.nominal),
+        lever_arm_m: None,
+        covariance,
     }
 }
 
-fn reference_found(found: &ReferenceOutcome, input: &UsblInput) -> UsblReference {
+fn reference_details(found: &ReferenceOutcome) -> UsblReferenceDetails {
     let [roll, pitch, heading] = found.measured.map(f64::to_degrees);
     let iteration = |i: &super::reference::ReferenceIteration| {
         let [h, r, p] = i.step.map(f64::to_degrees);
@@ -175,91 +190,52 @@ fn reference_found(found: &ReferenceOutcome, input: &UsblInput) -> UsblReference
             rms_m: i.rms_m,
         }
     };
-    UsblReference {
-        status: if found.converged {
-            Status::Converged
-        } else {
-            Status::OutOfIterations
-        },
-        usable: found.converged,
-        message: String::new(),
-        rotation_matrix: Some(rows(&found.rotation)),
-        mounting_deg: Some(mounting(&found.rotation)),
-        correction_deg: Some(correction(&found.rotation, &input.campaign.nominal)),
+    UsblReferenceDetails {
         formal_covariance: found.covariance.as_ref().map(rows),
-        adjusted_printed_deg: Some(printed(&found.adjusted)),
-        measured_printed_deg: Some(UsblPrintedAngles {
+        adjusted_printed_deg: printed(&found.adjusted),
+        measured_printed_deg: UsblPrintedAngles {
             h: heading,
             p: -pitch,
             r: -roll,
-        }),
-        difference_printed_deg: Some(printed(&found.difference)),
+        },
+        difference_printed_deg: printed(&found.difference),
         iterations: found.iterations.iter().map(iteration).collect(),
     }
 }
 
-fn joint(outcome: &UsblOutcome, input: &UsblInput) -> UsblJoint {
+fn joint(outcome: &UsblOutcome, input: &UsblInput) -> serde_json::Result<Solution> {
     let refused = outcome.refusal.as_ref();
     let message = refused.map(ToString::to_string).unwrap_or_default();
     let Some(found) = &outcome.joint else {
-        return no_joint(Status::Refused, message);
+        return Ok(Solution::without_result(Status::Refused, message));
     };
-    let quality = quality_of(found, outcome, input);
-    let iterations = found.solution.iterations.len() as u64;
+    let status = match (&found.solution.status, refused) {
+        (adjust::Status::RankDeficient { .. }, Some(_)) => Status::RankDeficient,
+        (_, Some(_)) => Status::Refused,
+        (adjust::Status::Stalled, None) => Status::Stalled,
+        _ => Status::Converged,
+    };
+    let steps = found.solution.iterations.iter();
+    let solution = Solution {
+        convergence: iterations(0, 0, steps.map(|i| (i.cost, i.step_sigmas))).collect(),
+        quality: quality_of(found, outcome, input),
+        ..Solution::without_result(status, message)
+    };
     if refused.is_some() {
-        let status = match found.solution.status {
-            adjust::Status::RankDeficient { .. } => Status::RankDeficient,
-            _ => Status::Refused,
-        };
-        return UsblJoint {
-            iterations,
-            quality,
-            ..no_joint(status, message)
-        };
+        return Ok(solution);
     }
-    let list = |m: &DMatrix<f64>| -> Vec<Vec<f64>> {
-        m.row_iter()
-            .map(|row| row.iter().copied().collect())
-            .collect()
-    };
-    UsblJoint {
-        status: match found.solution.status {
-            adjust::Status::Stalled => Status::Stalled,
-            _ => Status::Converged,
-        },
+    let (covariance, correlation) = matrices(&found.covariance);
+    let mounted = mounted(&found.rotation, input, Some(&found.covariance));
+    let printed_deg = printed(&PrintedAngles::of(&found.rotation));
+    Ok(Solution {
         usable: true,
-        message,
-        rotation_matrix: Some(rows(&found.rotation)),
-        mounting_deg: Some(mounting(&found.rotation)),
-        printed_deg: Some(printed(&PrintedAngles::of(&found.rotation))),
-        correction_deg: Some(correction(&found.rotation, &input.campaign.nominal)),
-        transducer_m: Some(found.transducer_m.into()),
-        range_scale: Some(found.scale),
-        parameters: parameters(found, input),
-        covariance: Some(list(&found.covariance)),
-        correlation: Some(list(&metric::correlation(&found.covariance))),
-        iterations,
-        quality,
-    }
-}
-
-fn no_joint(status: Status, message: String) -> UsblJoint {
-    UsblJoint {
-        status,
-        usable: false,
-        message,
-        rotation_matrix: None,
-        mounting_deg: None,
-        printed_deg: None,
-        correction_deg: None,
-        transducer_m: None,
-        range_scale: None,
-        parameters: vec![],
-        covariance: None,
-        correlation: None,
-        iterations: 0,
-        quality: None,
-    }
+        parameters: parameters(found, &mounted),
+        mountings: vec![mounted.result()],
+        covariance,
+        correlation,
+        details: serde_json::to_value(UsblJointDetails { printed_deg })?,
+        ..solution
+    })
 }
 
 /// The values sought in the order of [`sought`], SI and radians: corrections to the nominal mounting, transducer, scale.
@@ -278,23 +254,15 @@ pub fn values(found: &JointOutcome, nominal: &Matrix3<f64>) -> [f64; SOUGHT] {
     ]
 }
 
-fn parameters(found: &JointOutcome, input: &UsblInput) -> Vec<Parameter> {
-    let values = values(found, &input.campaign.nominal);
-    let named = sought().into_iter().enumerate();
-    named
-        .map(|(i, (name, unit))| {
-            let sigma = found.covariance[(i, i)].sqrt();
-            let (value, word) = readable(values[i], unit);
-            Parameter {
-                name: name.to_owned(),
-                unit: word.to_owned(),
-                nominal: Some(0.0),
-                value: Some(value),
-                standard_deviation: (sigma > 0.0).then(|| readable(sigma, unit).0),
-                note: if sigma > 0.0 { "" } else { "held" }.to_owned(),
-            }
-        })
-        .collect()
+/// The mounting's angles, then the transducer's place and the range scale, both counted from what was surveyed or measured.
+fn parameters(found: &JointOutcome, mounted: &Mounted) -> Vec<Parameter> {
+    let mut all = mounted.parameters("");
+    let place = found.transducer_m.iter().copied().chain([found.scale]);
+    let named = sought().into_iter().enumerate().skip(MOUNTING.len());
+    all.extend(named.zip(place).map(|((i, (name, unit)), value)| {
+        parameter(name, unit, value, Some(found.covariance[(i, i)].sqrt()))
+    }));
+    all
 }
 
 fn quality_of(found: &JointOutcome, outcome: &UsblOutcome, input: &UsblInput) -> Option<Quality> {
@@ -358,21 +326,20 @@ fn advice(a: &str, b: &str) -> &'static str {
 }
 
 /// Reference minus joint, pitch, roll and yaw in the metric of the joint path's covariance.
-fn compare(outcome: &UsblOutcome) -> Option<ParameterComparison> {
+fn compare(outcome: &UsblOutcome) -> Option<Comparison> {
     let joint = outcome.joint.as_ref()?;
     let reference = outcome.reference.as_ref()?.as_ref().ok()?;
     let turn = rotation::log(&(reference.rotation * joint.rotation.transpose()));
     let covariance = joint.covariance.view((0, 0), (3, 3)).into_owned();
     let d = DVector::from_column_slice(turn.as_slice());
     let (chi_square, free, p_value) = metric::chi_square(&d, &covariance)?;
-    let difference = |(i, name): (usize, &&str)| ParameterDifference {
+    let difference = |(i, name): (usize, &&str)| Difference {
         name: (*name).to_owned(),
         unit: "deg".to_owned(),
         difference: turn[i].to_degrees(),
-        in_reference_sigmas: turn[i] / covariance[(i, i)].sqrt(),
+        in_joint_sigmas: turn[i] / covariance[(i, i)].sqrt(),
     };
-    Some(ParameterComparison {
-        reference: "joint".to_owned(),
+    Some(Comparison {
         differences: MOUNTING.iter().enumerate().map(difference).collect(),
         chi_square,
         degrees_of_freedom: free as u32,
@@ -434,37 +401,4 @@ fn own_notes(outcome: &UsblOutcome, input: &UsblInput) -> Vec<String> {
         "a constant error of the attitude sensor cannot be told from the mounting; it is part of the calibration".to_owned(),
     );
     notes
-}
-
-/// Residuals for the pictures.
-#[must_use]
-pub fn samples(outcome: &UsblOutcome, title: &str, truth: Option<UsblTruth>) -> UsblSamples {
-    let fixes = &outcome.scene.campaign.fixes;
-    let begin_s = fixes.time_s.first().copied().unwrap_or(0.0);
-    let mut all = vec![];
-    for beacon in 0..outcome.scene.campaign.beacons.len() as u32 {
-        let find = |list: &[BeaconResiduals], fix: u32| {
-            let own = list.iter().find(|r| r.beacon == beacon)?;
-            own.residuals.iter().find(|r| r.fix == fix).copied()
-        };
-        let rows: Vec<u32> = (0..fixes.len() as u32)
-            .filter(|fix| fixes.beacon[*fix as usize] == beacon)
-            .collect();
-        for &fix in rows.iter().step_by(rows.len().div_ceil(SHOWN).max(1)) {
-            let reference = find(&outcome.reference_residuals, fix);
-            let joint = find(&outcome.joint_residuals, fix);
-            all.push(UsblFixSample {
-                beacon,
-                time_s: fixes.time_s[fix as usize] - begin_s,
-                reference_m: reference.map(|r| r.enu_m.into()),
-                joint_m: joint.map(|r| r.enu_m.into()),
-                outlier: joint.or(reference).is_some_and(|r| r.outlier),
-            });
-        }
-    }
-    UsblSamples {
-        title: title.to_owned(),
-        fixes: all,
-        truth,
-    }
 }

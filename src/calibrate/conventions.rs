@@ -4,65 +4,62 @@
 //! clockwise. In forward-right-down axes the same three numbers are `Rz(heading) Ry(pitch) Rx(roll)`, which is why most tables below
 //! repeat them. Every entry names the public document that settles it; what none settles is left out and said to be.
 
-use crate::results::{Estimate, MountingAngles};
-use serde::Serialize;
+use crate::results::{Convention, ConventionField as Field, MountingAngles, MountingResult};
 
-/// One program's table entry.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Convention {
-    /// Program and the place where the numbers go.
-    pub software: &'static str,
-    /// Its axes.
-    pub axes: &'static str,
-    /// Lever arm from the INS centre to the sonar, metres, by the program's field names.
-    pub lever_arm_m: [Field; 3],
-    /// Mounting angles, degrees, by the program's field names and in its order.
-    pub angles_deg: [Field; 3],
-    /// Signs and order of rotations, and what is left out.
-    pub remark: &'static str,
-    /// Public documents that settle it.
-    pub sources: &'static [&'static str],
-}
-
-/// A number to type.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Field {
-    /// The field's name in the program.
-    pub name: &'static str,
-    /// The number; `None` where no public document settles it.
-    pub value: Option<f64>,
-    /// Meaning of a positive value.
-    pub positive: &'static str,
-}
-
-/// The mounting in the senses of the five makers' programs; empty without a mounting.
+/// The mounting in the senses of the five makers' programs; empty without a lever arm.
 #[must_use]
-pub fn conventions(estimate: &Estimate) -> Vec<Convention> {
-    let (Some(mounting), Some(lever)) = (estimate.mounting_deg, estimate.lever_arm_m) else {
+pub fn conventions(mounting: &MountingResult) -> Vec<Convention> {
+    let (angles, Some(lever)) = (mounting.mounting_deg, mounting.lever_arm_m) else {
         return Vec::new();
     };
-    vec![
+    let tables = [
         caris(lever),
-        qps(mounting, lever),
-        kongsberg(mounting, lever),
-        applanix(mounting, lever),
-        novatel(mounting, lever),
-    ]
+        qps(angles, lever),
+        kongsberg(angles, lever),
+        applanix(angles, lever),
+        novatel(angles, lever),
+    ];
+    let owned = |t: Table| t.of(&mounting.name);
+    tables.into_iter().map(owned).collect()
 }
 
-fn field(name: &'static str, value: f64, positive: &'static str) -> Field {
-    Field {
-        name,
-        value: Some(value),
-        positive,
+/// One program's table as it is written down here.
+struct Table {
+    software: &'static str,
+    axes: &'static str,
+    lever_arm_m: [Field; 3],
+    angles_deg: [Field; 3],
+    remark: &'static str,
+    sources: &'static [&'static str],
+}
+
+impl Table {
+    fn of(self, mounting: &str) -> Convention {
+        Convention {
+            mounting: mounting.to_owned(),
+            software: self.software.to_owned(),
+            axes: self.axes.to_owned(),
+            lever_arm_m: self.lever_arm_m.into(),
+            angles_deg: self.angles_deg.into(),
+            remark: self.remark.to_owned(),
+            sources: self.sources.iter().map(|s| (*s).to_owned()).collect(),
+        }
     }
 }
 
-fn unsettled(name: &'static str, positive: &'static str) -> Field {
+fn field(name: &str, value: f64, positive: &str) -> Field {
     Field {
-        name,
+        name: name.to_owned(),
+        value: Some(value),
+        positive: positive.to_owned(),
+    }
+}
+
+fn unsettled(name: &str, positive: &str) -> Field {
+    Field {
+        name: name.to_owned(),
         value: None,
-        positive,
+        positive: positive.to_owned(),
     }
 }
 
@@ -82,8 +79,8 @@ fn forward_right_down([x, y, z]: [f64; 3]) -> [Field; 3] {
     ]
 }
 
-fn caris([x, y, z]: [f64; 3]) -> Convention {
-    Convention {
+fn caris([x, y, z]: [f64; 3]) -> Table {
+    Table {
         software: "Teledyne CARIS HIPS, vessel file (HVF), Swath/Transducer",
         axes: "X starboard, Y forward, Z down",
         lever_arm_m: [
@@ -105,8 +102,8 @@ fn caris([x, y, z]: [f64; 3]) -> Convention {
     }
 }
 
-fn qps(m: MountingAngles, lever: [f64; 3]) -> Convention {
-    Convention {
+fn qps(m: MountingAngles, lever: [f64; 3]) -> Table {
+    Table {
         software: "QPS Qinsy / Qimera, multibeam system",
         axes: "X starboard, Y forward, Z up",
         lever_arm_m: right_forward_up(lever),
@@ -125,7 +122,7 @@ fn qps(m: MountingAngles, lever: [f64; 3]) -> Convention {
 
 /// Kongsberg measures roll as the slope of the array's own y axis, `sin(slope) = sin(roll) cos(pitch)`, not as the turn about the pitched
 /// x axis.
-fn kongsberg(m: MountingAngles, lever: [f64; 3]) -> Convention {
+fn kongsberg(m: MountingAngles, lever: [f64; 3]) -> Table {
     let slope = (m.roll.to_radians().sin() * m.pitch.to_radians().cos())
         .asin()
         .to_degrees();
@@ -134,7 +131,7 @@ fn kongsberg(m: MountingAngles, lever: [f64; 3]) -> Convention {
     } else {
         unsettled("Roll", "starboard lower")
     };
-    Convention {
+    Table {
         software: "Kongsberg SIS, installation parameters",
         axes: "X forward, Y starboard, Z down",
         lever_arm_m: forward_right_down(lever),
@@ -152,8 +149,8 @@ fn kongsberg(m: MountingAngles, lever: [f64; 3]) -> Convention {
     }
 }
 
-fn applanix(m: MountingAngles, lever: [f64; 3]) -> Convention {
-    Convention {
+fn applanix(m: MountingAngles, lever: [f64; 3]) -> Table {
+    Table {
         software: "Applanix POS MV, sensor 1 with respect to the reference frame",
         axes: "X forward, Y starboard, Z down",
         lever_arm_m: forward_right_down(lever),
@@ -170,8 +167,8 @@ fn applanix(m: MountingAngles, lever: [f64; 3]) -> Convention {
     }
 }
 
-fn novatel(m: MountingAngles, lever: [f64; 3]) -> Convention {
-    Convention {
+fn novatel(m: MountingAngles, lever: [f64; 3]) -> Table {
+    Table {
         software: "NovAtel SPAN / Inertial Explorer, rotation from the INS body frame to the sonar",
         axes: "X right, Y forward, Z up",
         lever_arm_m: right_forward_up(lever),
@@ -202,11 +199,15 @@ mod tests {
     const LEVER: [f64; 3] = [0.58, -0.32, -1.55];
 
     fn table() -> Vec<Convention> {
-        conventions(&Estimate {
-            mounting_deg: Some(TILTED),
-            lever_arm_m: Some(LEVER),
-            ..Estimate::default()
-        })
+        let angles = [TILTED.roll, TILTED.pitch, TILTED.heading].map(f64::to_radians);
+        let found = crate::geometry::rotation::from_attitude(angles[0], angles[1], angles[2]);
+        let mounted = crate::calibrate::solution::Mounted {
+            name: "multibeam",
+            rotation: (&found, &Matrix3::identity()),
+            lever_arm_m: Some((LEVER.into(), Vector3::zeros())),
+            covariance: None,
+        };
+        conventions(&mounted.result())
     }
 
     fn about(axis: Vector3<f64>, angle_deg: f64) -> Matrix3<f64> {
@@ -219,8 +220,8 @@ mod tests {
             * about(Vector3::y(), TILTED.roll)
     }
 
-    fn values(fields: &[Field; 3]) -> [f64; 3] {
-        fields.map(|field| field.value.unwrap())
+    fn values(fields: &[Field]) -> [f64; 3] {
+        std::array::from_fn(|i| fields[i].value.unwrap())
     }
 
     /// Forward-right-down from right-forward-up, its own inverse.

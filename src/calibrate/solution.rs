@@ -1,0 +1,276 @@
+//! Mountings, parameters and matrices as they stand in a result, the same for every procedure.
+
+use nalgebra::{DMatrix, Matrix3, Vector3};
+
+use super::metric;
+use crate::adjust::Unit;
+use crate::calibrate::quality::readable;
+use crate::geometry::rotation;
+use crate::results::{
+    Angles, Finding, Iteration, MountingAngles, MountingResult, Parameter, Severity, Verdict,
+};
+
+/// Names of a mounting's six parameters in their order, and what a positive correction means.
+pub const MOUNTING_PARAMETERS: [(&str, Unit, &str); 6] = [
+    ("pitch", Unit::Radian, "bow up"),
+    ("roll", Unit::Radian, "starboard down"),
+    ("yaw", Unit::Radian, "counter-clockwise"),
+    ("lx", Unit::Metre, "to the right"),
+    ("ly", Unit::Metre, "forward"),
+    ("lz", Unit::Metre, "up"),
+];
+
+/// A mounting before and after, to be written into a result.
+#[derive(Clone, Copy, Debug)]
+pub struct Mounted<'a> {
+    /// The sensor.
+    pub name: &'a str,
+    /// Rotations, sensor to body: found, nominal.
+    pub rotation: (&'a Matrix3<f64>, &'a Matrix3<f64>),
+    /// Lever arms in the body, metres: found, nominal; `None` where the procedure seeks none.
+    pub lever_arm_m: Option<(Vector3<f64>, Vector3<f64>)>,
+    /// Covariance of pitch, roll, yaw (rad) and, with a lever arm, lx, ly, lz (m); `None` for a path that has none.
+    pub covariance: Option<&'a DMatrix<f64>>,
+}
+
+impl Mounted<'_> {
+    /// As matrices and angles.
+    #[must_use]
+    pub fn result(&self) -> MountingResult {
+        let (found, nominal) = self.rotation;
+        let sigma = |i: usize| self.covariance.map(|c| c[(i, i)].sqrt());
+        let arm_sigma = || Some([sigma(3)?, sigma(4)?, sigma(5)?]);
+        MountingResult {
+            name: self.name.to_owned(),
+            rotation_matrix: rows(found),
+            nominal_rotation_matrix: rows(nominal),
+            mounting_deg: mounting_angles(found),
+            nominal_mounting_deg: mounting_angles(nominal),
+            mounting_sigma_deg: self.covariance.and_then(|c| {
+                let three = c.fixed_view::<3, 3>(0, 0).into_owned();
+                angle_sigmas(found, &three)
+            }),
+            correction_deg: angles_deg(&rotation::log(&(found * nominal.transpose()))),
+            lever_arm_m: self.lever_arm_m.map(|(found, _)| found.into()),
+            nominal_lever_arm_m: self.lever_arm_m.map(|(_, nominal)| nominal.into()),
+            lever_arm_correction_m: self
+                .lever_arm_m
+                .map(|(found, nominal)| (found - nominal).into()),
+            lever_arm_sigma_m: self.lever_arm_m.and_then(|_| arm_sigma()),
+        }
+    }
+
+    /// As named parameters: pitch, roll, yaw and, with a lever arm, lx, ly, lz, each name behind `prefix`.
+    #[must_use]
+    pub fn parameters(&self, prefix: &str) -> Vec<Parameter> {
+        let m = self.result();
+        let (after, before) = (m.mounting_deg, m.nominal_mounting_deg);
+        let turn = m.correction_deg;
+        let mut numbers = vec![
+            [after.pitch, before.pitch, turn.pitch],
+            [after.roll, before.roll, turn.roll],
+            [-after.heading, -before.heading, turn.yaw],
+        ];
+        if let Some((found, nominal)) = self.lever_arm_m {
+            let arm = found - nominal;
+            numbers.extend((0..3).map(|i| [found[i], nominal[i], arm[i]]));
+        }
+        let all = numbers.into_iter().zip(MOUNTING_PARAMETERS).enumerate();
+        all.map(
+            |(i, ([value, nominal, correction], (name, unit, positive)))| {
+                let sigma = self.covariance.map(|c| readable(c[(i, i)].sqrt(), unit).0);
+                Parameter {
+                    name: format!("{prefix}{name}"),
+                    unit: readable(0.0, unit).1.to_owned(),
+                    positive: positive.to_owned(),
+                    value: Some(value),
+                    nominal: Some(nominal),
+                    correction: Some(correction),
+                    ..judged(sigma)
+                }
+            },
+        )
+        .collect()
+    }
+}
+
+/// A parameter whose value is counted from its nominal one, in the units of the engine.
+#[must_use]
+pub fn parameter(name: &str, unit: Unit, value: f64, sigma: Option<f64>) -> Parameter {
+    let (value, word) = readable(value, unit);
+    Parameter {
+        name: name.to_owned(),
+        unit: word.to_owned(),
+        value: Some(value),
+        nominal: Some(0.0),
+        correction: Some(value),
+        ..judged(sigma.map(|s| readable(s, unit).0))
+    }
+}
+
+/// Sigma, whether determined, and the note: a sigma of exactly 0 is that of a parameter that was held.
+fn judged(sigma: Option<f64>) -> Parameter {
+    let held = sigma == Some(0.0);
+    Parameter {
+        name: String::new(),
+        unit: String::new(),
+        positive: String::new(),
+        value: None,
+        nominal: None,
+        correction: None,
+        sigma: sigma.filter(|_| !held),
+        determined: !held,
+        note: if held { "held" } else { "" }.to_owned(),
+    }
+}
+
+/// Standard deviations of the mounting angles, degrees: `psi = d_pitch Rz x + d_roll Rz Rx y - d_heading z` is solved for the angles.
+/// `None` with the pitch at 90 deg, where roll and heading are one angle.
+fn angle_sigmas(r: &Matrix3<f64>, covariance: &Matrix3<f64>) -> Option<MountingAngles> {
+    let (_, pitch, heading) = rotation::to_attitude(r);
+    let turned = rotation::from_attitude(0.0, 0.0, heading);
+    let pitched = rotation::from_attitude(0.0, pitch, heading);
+    let axes = Matrix3::from_columns(&[
+        turned.column(0).into_owned(),
+        pitched.column(1).into_owned(),
+        -Vector3::z(),
+    ]);
+    let inverse = axes.try_inverse()?;
+    let angles = inverse * covariance * inverse.transpose();
+    let sigma = |i: usize| angles[(i, i)].max(0.0).sqrt().to_degrees();
+    let found = [sigma(0), sigma(1), sigma(2)];
+    found
+        .iter()
+        .all(|s| s.is_finite())
+        .then_some(MountingAngles {
+            pitch: found[0],
+            roll: found[1],
+            heading: found[2],
+        })
+}
+
+/// Mounting angles in the sense of a survey file, degrees.
+#[must_use]
+pub fn mounting_angles(r: &Matrix3<f64>) -> MountingAngles {
+    let (roll, pitch, heading) = rotation::to_attitude(r);
+    MountingAngles {
+        roll: roll.to_degrees(),
+        pitch: pitch.to_degrees(),
+        heading: heading.to_degrees(),
+    }
+}
+
+/// A rotation vector (radians, body frame) as angles in degrees.
+#[must_use]
+pub fn angles_deg(vector_rad: &Vector3<f64>) -> Angles {
+    Angles {
+        pitch: vector_rad.x.to_degrees(),
+        roll: vector_rad.y.to_degrees(),
+        yaw: vector_rad.z.to_degrees(),
+    }
+}
+
+/// A 3 by 3 matrix by rows.
+#[must_use]
+pub fn rows(m: &Matrix3<f64>) -> crate::results::Matrix3 {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| m[(i, j)]))
+}
+
+/// A matrix by rows.
+pub type ByRows = Vec<Vec<f64>>;
+
+/// Covariance and correlations by rows; `None` for a covariance that is not finite throughout.
+#[must_use]
+pub fn matrices(covariance: &DMatrix<f64>) -> (Option<ByRows>, Option<ByRows>) {
+    let finite = covariance.iter().all(|v| v.is_finite());
+    let correlation = || list(&metric::correlation(covariance));
+    (finite.then(|| list(covariance)), finite.then(correlation))
+}
+
+fn list(m: &DMatrix<f64>) -> ByRows {
+    m.row_iter()
+        .map(|row| row.iter().copied().collect())
+        .collect()
+}
+
+/// The verdict on a result that a reason refuses, or that nothing refuses.
+#[must_use]
+pub fn verdict(reason: Option<&str>) -> Verdict {
+    reason.map_or_else(Verdict::default, |reason| {
+        let refusal = Finding::new("refused", Severity::Refuses, reason, "", "");
+        Verdict::not_determined(vec![refusal])
+    })
+}
+
+/// Iterations of one round as a result lists them; `round` counts from 0, each step is its cost and its size in sigmas.
+pub fn iterations(
+    round: usize,
+    reassigned: u64,
+    steps: impl Iterator<Item = (f64, f64)>,
+) -> impl Iterator<Item = Iteration> {
+    steps
+        .enumerate()
+        .map(move |(inner, (cost, sigmas))| Iteration {
+            outer: round as u32 + 1,
+            inner: inner as u32 + 1,
+            cost: finite(cost),
+            largest_step_in_sigma: finite(sigmas),
+            reassigned: if inner == 0 { reassigned } else { 0 },
+        })
+}
+
+/// JSON knows no infinity.
+fn finite(value: f64) -> f64 {
+    if value.is_finite() { value } else { f64::MAX }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against differences: each angle changed alone, and how far a turn of the whole moves it.
+    #[test]
+    fn sigmas_of_the_angles_are_not_those_of_the_turn() {
+        let (roll, pitch, heading) = (-0.8, 0.3, 0.7);
+        let r = rotation::from_attitude(roll, pitch, heading);
+        let sigma = [1e-4, 2e-4, 4e-4];
+        let covariance = Matrix3::from_diagonal(&Vector3::from(sigma.map(|s| s * s)));
+        let found = angle_sigmas(&r, &covariance).expect("regular");
+        let mut squares = [0.0; 3];
+        for (i, s) in sigma.iter().enumerate() {
+            let mut turn = Vector3::zeros();
+            turn[i] = *s;
+            let moved = mounting_angles(&(rotation::exp(&turn) * r));
+            let before = mounting_angles(&r);
+            squares[0] += (moved.roll - before.roll).powi(2);
+            squares[1] += (moved.pitch - before.pitch).powi(2);
+            squares[2] += (moved.heading - before.heading).powi(2);
+        }
+        for (found, squares) in [found.roll, found.pitch, found.heading].iter().zip(squares) {
+            assert!(
+                (found / squares.sqrt() - 1.0).abs() < 1e-3,
+                "{found} {}",
+                squares.sqrt()
+            );
+        }
+        assert!((found.heading / sigma[2].to_degrees() - 1.0).abs() > 1e-3);
+    }
+
+    #[test]
+    fn a_held_parameter_has_no_sigma_and_says_so() {
+        let nominal = Matrix3::identity();
+        let mut covariance = DMatrix::identity(6, 6) * 1e-6;
+        covariance[(5, 5)] = 0.0;
+        let mounted = Mounted {
+            name: "multibeam",
+            rotation: (&nominal, &nominal),
+            lever_arm_m: Some((Vector3::new(1.0, 2.0, 3.0), Vector3::zeros())),
+            covariance: Some(&covariance),
+        };
+        let all = mounted.parameters("head ");
+        assert_eq!(all[4].name, "head ly");
+        assert_eq!((all[4].sigma, all[4].determined), (Some(1e-3), true));
+        assert_eq!((all[5].sigma, all[5].determined), (None, false));
+        assert_eq!((all[5].value, &*all[5].note), (Some(3.0), "held"));
+    }
+}
