@@ -21,6 +21,7 @@ use crate::adjust::{
     AdjustError, BlockId, Estimate, Observability, ParameterSet, Quality, Solution, Status,
     VarianceComponent, solve,
 };
+use crate::calibrate::verdict::Doubted;
 use crate::geometry::plane::Plane;
 use crate::matching::Patches;
 use crate::observe::Mounting;
@@ -87,6 +88,8 @@ pub struct JointOutcome {
     pub rounds: Vec<Round>,
     /// Whether the assignment became stable.
     pub stable: bool,
+    /// What speaks against the solution, and the bounds of what it could not say.
+    pub doubted: Doubted,
     /// Quality and observability; `None` when the solve did not end with an estimate.
     pub judgement: Option<Judgement>,
 }
@@ -215,7 +218,7 @@ pub fn run(
         let before = blocks.mounting.at(&estimate.parameters);
         let thinned = (rounds.is_empty() && ties.are_many()).then(|| ties.thinned());
         let used = thinned.as_ref().unwrap_or(&ties);
-        let solution = frame.with_problem(used, &estimate.parameters.clone(), |problem| {
+        let solution = frame.with_problem(used, &estimate.parameters.clone(), None, |problem| {
             solve(problem, estimate, &passing(config))
         })?;
         if !solution.status.was_successful() && solution.status != Status::Stalled {

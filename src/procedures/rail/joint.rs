@@ -4,12 +4,14 @@ use nalgebra::DMatrix;
 
 use super::conditions::{AttitudeConditions, PointConditions, Tie, recorded};
 use super::config::RailJointConfig;
+use super::judge::Case;
 use super::model::{Blocks, Turned, chain, parameters};
 use super::scene::RailScene;
 use crate::adjust::{
     AdjustError, ChainModel, Estimate, Kernel, Limits, Observability, Options, Problem, Quality,
-    QualityOptions, Solution, Source, Status, observability, snoop, solve,
+    QualityOptions, Snooped, Solution, Source, Status, observability, snoop, solve,
 };
+use crate::calibrate::verdict::Doubted;
 use crate::observe::Mounting;
 
 /// Gates of the first rounds, metres: the start knows neither heading nor pitch.
@@ -57,6 +59,8 @@ pub struct RailJoint {
     pub stable: bool,
     /// Tests of the last solution.
     pub quality: Quality,
+    /// What speaks against the solution, and the bounds of what it could not say.
+    pub doubted: Doubted,
     /// What the data determine.
     pub observability: Observability,
     /// Condition behind each entry of `quality.worst`: a row of the points, or an INS position.
@@ -241,6 +245,7 @@ impl Frame<'_> {
             let mut off = mask.iter();
             ties.retain(|_| !off.next().copied().unwrap_or(false));
         }
+        let doubted = self.doubted(&found, &ties)?;
         let (x, sought) = (&found.solution.estimate.parameters, self.blocks.sought());
         Ok(RailJoint {
             mountings: (0..self.blocks.mountings.len())
@@ -252,6 +257,7 @@ impl Frame<'_> {
                 .view((0, 0), (sought, sought))
                 .into_owned(),
             observability: observability(&found.solution, &self.limits()),
+            doubted,
             snooped: found.removed.len(),
             quality: found.quality,
             solution: found.solution,
@@ -261,6 +267,22 @@ impl Frame<'_> {
             stable,
             worst,
         })
+    }
+
+    /// What speaks against a solution on the ties that data snooping left.
+    fn doubted(&self, found: &Snooped, ties: &[Tie]) -> Result<Doubted, AdjustError> {
+        if !found.solution.status.was_successful() {
+            return Ok(Doubted::default());
+        }
+        let case = Case {
+            scene: self.scene,
+            blocks: &self.blocks,
+            solution: &found.solution,
+            quality: &found.quality,
+            ties,
+            config: &self.config.verdict,
+        };
+        self.with_problem(ties, |problem| case.heard(problem))
     }
 
     fn limits(&self) -> Limits {

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::conditions::{Blocks, FixConditions, PER_FIX};
 use super::config::JointConfig;
+use super::judge::Case;
 use super::scene::Scene;
 use super::start;
 use crate::adjust::{
@@ -11,6 +12,7 @@ use crate::adjust::{
     Options, ParameterSet, Problem, Process, ProcessKind, Quality, QualityOptions, Solution,
     Source, Status, Unit, observability, snoop, solve,
 };
+use crate::calibrate::verdict::Doubted;
 use crate::observe::usbl::{ControlPoint, Role};
 
 /// Names of the mounting's parameters, first in every covariance.
@@ -45,6 +47,8 @@ pub struct JointOutcome {
     pub gross: Vec<u32>,
     /// Single conditions that data snooping removed.
     pub snooped: usize,
+    /// What speaks against the solution, and the bounds of what it could not say.
+    pub doubted: Doubted,
     /// Tests, groups, worst conditions; `None` when the solve did not end with an estimate.
     pub judgement: Option<Judgement>,
 }
@@ -116,12 +120,47 @@ pub fn run(scene: &Scene, config: &JointConfig) -> Result<Option<JointOutcome>, 
         quality: snooped.quality,
     };
     let removed = snooped.removed.len();
+    let doubted = doubted(
+        scene,
+        &blocks,
+        &used,
+        &epochs,
+        (&snooped.solution, &snooped.ignored, &judgement.quality),
+    )?;
     let found = outcome(snooped.solution, blocks, (used, gross));
     Ok(Some(JointOutcome {
         snooped: removed,
         judgement: Some(judgement),
+        doubted,
         ..found
     }))
+}
+
+/// What speaks against a solution, without the conditions that data snooping removed.
+fn doubted(
+    scene: &Scene,
+    blocks: &Blocks,
+    used: &[u32],
+    epochs: &Epochs,
+    (solution, ignored, quality): (&Solution, &[Vec<bool>], &Quality),
+) -> Result<Doubted, AdjustError> {
+    if !solution.status.was_successful() {
+        return Ok(Doubted::default());
+    }
+    let case = Case {
+        scene,
+        blocks,
+        solution,
+        quality,
+        used,
+    };
+    with_problem(scene, blocks, used, epochs, |problem| {
+        let mut problem = problem.clone();
+        for (source, mask) in problem.sources.iter_mut().zip(ignored) {
+            source.ignored = Some(mask);
+        }
+        case.heard(&problem)
+    })
 }
 
 /// The kernel of the start: it forgives gross errors without forgetting where the good ones lie.
@@ -155,6 +194,7 @@ fn outcome(
         used,
         gross,
         snooped: 0,
+        doubted: Doubted::default(),
         judgement: None,
     }
 }

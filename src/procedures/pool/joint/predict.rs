@@ -84,6 +84,7 @@ fn linearised<T>(
         ..options(config)
     };
     let at: ParameterSet = estimate.parameters.clone();
-    let solution = frame.with_problem(&ties, &at, |problem| solve(problem, estimate, &once))?;
+    let solution =
+        frame.with_problem(&ties, &at, None, |problem| solve(problem, estimate, &once))?;
     then(&frame, solution, ties.soundings.ties.len())
 }

@@ -5,6 +5,8 @@ use nalgebra::Matrix6;
 use super::super::conditions::{ReturnConditions, SoundingConditions, TrajectoryErrors};
 use super::super::config::{Drift, JointConfig, Planes};
 use super::super::coverage::Coverage;
+use super::super::doubts::Passes;
+use super::super::judge::{Case, Cells};
 use super::super::scene::Scene;
 use super::super::ties::{
     Among, Association, Corrected, TieSet, TrajectoryVariance, tie_returns, tie_soundings,
@@ -14,9 +16,10 @@ use super::{
     Surfaces,
 };
 use crate::adjust::{
-    AdjustError, BlockId, Estimate, Kernel, Limits, Options, ParameterSet, Problem, QualityOptions,
-    Solution, Source, observability, snoop, variance_components,
+    AdjustError, BlockId, Estimate, Kernel, Limits, Options, ParameterSet, Problem, Quality,
+    QualityOptions, Solution, Source, observability, snoop, variance_components,
 };
+use crate::calibrate::verdict::Doubted;
 use crate::matching::Patches;
 
 /// The first round only brings the estimate near: of more ties than this it takes evenly chosen ones.
@@ -60,6 +63,7 @@ impl Frame<'_> {
             returns: ties.returns,
             rounds,
             stable,
+            doubted: Doubted::default(),
             judgement,
         }
     }
@@ -77,15 +81,17 @@ impl Frame<'_> {
             ..QualityOptions::default()
         };
         let start = solution.estimate;
-        let snooped = self.with_problem(&ties, &start.parameters.clone(), |problem| {
-            snoop(
-                problem,
-                start,
-                &options(self.config),
-                &quality_options,
-                MOST_SNOOPS,
-            )
-        })?;
+        let passes = Passes::of(self.scene, &ties.soundings.ties);
+        let snooped =
+            self.with_problem(&ties, &start.parameters.clone(), Some(&passes), |problem| {
+                snoop(
+                    problem,
+                    start,
+                    &options(self.config),
+                    &quality_options,
+                    MOST_SNOOPS,
+                )
+            })?;
         let row = |set: usize, k: usize| match set {
             0 => (SOUNDINGS, ties.soundings.ties[k].row),
             _ => (RETURNS, ties.returns.ties[k].row),
@@ -113,7 +119,33 @@ impl Frame<'_> {
         drop_snooped(&mut ties.soundings, snooped.ignored.first());
         drop_snooped(&mut ties.returns, snooped.ignored.get(1));
         judgement.components = self.components(&ties, &snooped.solution.estimate)?;
-        Ok(self.outcome(snooped.solution, ties, rounds, stable, Some(judgement)))
+        let doubted = self.doubted(&ties, &snooped.solution, &judgement.quality, &passes)?;
+        let outcome = self.outcome(snooped.solution, ties, rounds, stable, Some(judgement));
+        Ok(JointOutcome { doubted, ..outcome })
+    }
+
+    /// What speaks against a solution on the ties that data snooping left.
+    fn doubted(
+        &self,
+        ties: &Ties,
+        solution: &Solution,
+        quality: &Quality,
+        passes: &Passes,
+    ) -> Result<Doubted, AdjustError> {
+        if self.config.planes == Planes::Fixed || !solution.status.was_successful() {
+            return Ok(Doubted::default());
+        }
+        let case = Case {
+            scene: self.scene,
+            blocks: self.blocks,
+            solution,
+            quality,
+            ties: (&ties.soundings.ties, &ties.returns.ties),
+            passes,
+            config: &self.config.verdict,
+        };
+        let parameters = &solution.estimate.parameters;
+        self.with_problem(ties, parameters, None, |problem| case.heard(problem))
     }
 
     /// Iterated variance components of the ties that data snooping left, by plain least squares: a kernel shortens the tails and
@@ -130,7 +162,7 @@ impl Frame<'_> {
             kernel: Kernel::LeastSquares,
             ..passing(self.config)
         };
-        let found = self.with_problem(ties, &estimate.parameters, |problem| {
+        let found = self.with_problem(ties, &estimate.parameters, None, |problem| {
             variance_components(problem, estimate.clone(), &plain, MOST_COMPONENT_ROUNDS)
         })?;
         Ok(Some(Components {
@@ -144,6 +176,7 @@ impl Frame<'_> {
         &self,
         ties: &Ties,
         parameters: &ParameterSet,
+        passes: Option<&Passes>,
         then: impl FnOnce(&Problem) -> T,
     ) -> T {
         let as_states = self.config.drift == Drift::On && self.epochs.chain.is_some();
@@ -155,7 +188,19 @@ impl Frame<'_> {
                 false,
             ))
         };
+        let cells = passes.map(|passes| {
+            let faces = self.scene.target.faces.len();
+            let passes_count = passes.count();
+            (
+                Cells {
+                    passes: passes_count,
+                    faces,
+                },
+                passes,
+            )
+        });
         let soundings = SoundingConditions {
+            cells,
             scene: self.scene,
             ties: &ties.soundings.ties,
             planes: &self.blocks.faces,
@@ -170,6 +215,7 @@ impl Frame<'_> {
             group: SOUNDINGS,
         };
         let returns = ReturnConditions {
+            cells,
             scene: self.scene,
             ties: &ties.returns.ties,
             planes: &self.blocks.faces,

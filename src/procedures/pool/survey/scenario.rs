@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
+use crate::calibrate::verdict::VerdictConfig;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
 use crate::simulate::scenario::complaint;
@@ -70,6 +71,8 @@ section! {
         sequential: SequentialConfig = or (SequentialConfig::default()), Kind::Table(SequentialConfig::KEYS);
         /// The joint path.
         joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+        /// Limits of the verdict, and findings that the surveyor accepts.
+        verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
     }
 }
 
@@ -100,7 +103,10 @@ impl ScenarioFile {
             });
             return Err(error(fault.collect()));
         }
-        toml::from_str(&text).map_err(|e| error(vec![e.message().to_owned()]))
+        let mut found: Calibration =
+            toml::from_str(&text).map_err(|e| error(vec![e.message().to_owned()]))?;
+        found.joint.verdict = found.verdict.clone();
+        Ok(found)
     }
 }
 
@@ -230,7 +236,7 @@ fn take_calibration(root: &mut Spanned<DeTable<'_>>) -> toml::Table {
         let value = toml::Value::deserialize(ValueDeserializer::from(value)).ok()?;
         Some((key.to_owned(), value))
     };
-    ["sequential", "joint"]
+    ["sequential", "joint", "verdict"]
         .into_iter()
         .filter_map(take)
         .collect()
