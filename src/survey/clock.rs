@@ -68,6 +68,13 @@ pub fn explain_shift(trajectory: &Span, sensor: &Span) -> Option<String> {
             "whole days: seconds of the week, of the day, or of another epoch (UTC, GPS)",
         ),
     ];
+    let thousandth = Span {
+        first_s: sensor.first_s / 1e3,
+        last_s: sensor.last_s / 1e3,
+    };
+    if trajectory.overlaps(&thousandth) && !trajectory.overlaps(sensor) {
+        return Some("taken as milliseconds they would lie inside: give seconds".to_owned());
+    }
     for (shift_s, what) in candidates {
         for leap_s in [0.0, LEAP_S, -LEAP_S] {
             let total_s = shift_s + leap_s;

@@ -6,11 +6,13 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3x2, Vector3};
 
+use super::doubts::Passes;
+use super::judge::Cells;
 use super::scene::Scene;
 use super::ties::{Tie, TrajectoryVariance, return_gain, sounding_variance};
 use crate::adjust::{BlockId, ChainRow, ChainState, Conditions, ParameterSet, Row, tangent_basis};
 use crate::georef::{Beam, BeamPartials};
-use crate::observe::{Mounting, PoseSample};
+use crate::observe::{Mounting, PoseSample, Trajectory};
 
 /// Where the unknown plane of a face lives in the parameters.
 #[derive(Clone, Copy, Debug)]
@@ -181,11 +183,41 @@ impl TrajectoryErrors<'_> {
 }
 
 /// How the body moves in the target frame.
-struct Motion {
+pub(super) struct Motion {
     /// Metres per second.
-    velocity: Vector3<f64>,
+    pub(super) velocity: Vector3<f64>,
     /// Radians per second.
-    rate: Vector3<f64>,
+    pub(super) rate: Vector3<f64>,
+}
+
+/// Velocity and angular rate of the body in the target frame: over a quarter and half a second, so that the record noise stays
+/// out, and extrapolated to none (Richardson), so that the body's waves are not flattened.
+pub(super) fn motion(trajectory: &Trajectory, time_s: f64) -> Option<Motion> {
+    let (near, far) = (
+        moved(trajectory, time_s, 0.125)?,
+        moved(trajectory, time_s, 0.25)?,
+    );
+    let to_none = |near: Vector3<f64>, far: Vector3<f64>| (near * 4.0 - far) / 3.0;
+    Some(Motion {
+        velocity: to_none(near.velocity, far.velocity),
+        rate: to_none(near.rate, far.rate),
+    })
+}
+
+/// Mean velocity and rate between `half_s` before and after; from the moment itself where the trajectory begins or ends.
+fn moved(trajectory: &Trajectory, time_s: f64, half_s: f64) -> Option<Motion> {
+    let at = |shift_s: f64| {
+        let pose = trajectory.pose_at(time_s + shift_s);
+        pose.map(|pose| (shift_s, pose))
+    };
+    let (begin_s, before) = at(-half_s).or_else(|_| at(0.0)).ok()?;
+    let (end_s, after) = at(half_s).or_else(|_| at(0.0)).ok()?;
+    let span_s = end_s - begin_s;
+    let turn = crate::geometry::rotation::log(&(after.rotation * before.rotation.transpose()));
+    (span_s > 0.0).then(|| Motion {
+        velocity: (after.position_m - before.position_m) / span_s,
+        rate: turn / span_s,
+    })
 }
 
 /// Conditions of the soundings.
@@ -209,39 +241,13 @@ pub struct SoundingConditions<'a> {
     pub trajectory: TrajectoryErrors<'a>,
     /// Observation group.
     pub group: u16,
+    /// Cells of the tests of parts, and the passes they count.
+    pub cells: Option<(Cells, &'a Passes)>,
 }
 
 impl SoundingConditions<'_> {
     fn latency_s(&self, x: &ParameterSet) -> f64 {
         self.latency.map_or(0.0, |id| x.euclidean(id)[0])
-    }
-
-    /// Velocity and angular rate of the body in the target frame: over a quarter and half a second, so that the record noise stays
-    /// out, and extrapolated to none (Richardson), so that the body's waves are not flattened.
-    fn motion(&self, time_s: f64) -> Option<Motion> {
-        let (near, far) = (self.moved(time_s, 0.125)?, self.moved(time_s, 0.25)?);
-        let to_none = |near: Vector3<f64>, far: Vector3<f64>| (near * 4.0 - far) / 3.0;
-        Some(Motion {
-            velocity: to_none(near.velocity, far.velocity),
-            rate: to_none(near.rate, far.rate),
-        })
-    }
-
-    /// Mean velocity and rate between `half_s` before and after; from the moment itself where the trajectory begins or ends.
-    fn moved(&self, time_s: f64, half_s: f64) -> Option<Motion> {
-        let trajectory = &self.scene.trajectory;
-        let at = |shift_s: f64| {
-            let pose = trajectory.pose_at(time_s + shift_s);
-            pose.map(|pose| (shift_s, pose))
-        };
-        let (begin_s, before) = at(-half_s).or_else(|_| at(0.0)).ok()?;
-        let (end_s, after) = at(half_s).or_else(|_| at(0.0)).ok()?;
-        let span_s = end_s - begin_s;
-        let turn = crate::geometry::rotation::log(&(after.rotation * before.rotation.transpose()));
-        (span_s > 0.0).then(|| Motion {
-            velocity: (after.position_m - before.position_m) / span_s,
-            rate: turn / span_s,
-        })
     }
 
     fn fill(
@@ -292,8 +298,8 @@ impl SoundingConditions<'_> {
         plane.derive(&point_m, row);
         let attitude = arm.cross(&normal);
         if let Some(id) = self.latency {
-            let motion =
-                self.motion(self.scene.campaign.soundings.time_s[tie.row as usize] - latency_s)?;
+            let stamp_s = self.scene.campaign.soundings.time_s[tie.row as usize];
+            let motion = motion(&self.scene.trajectory, stamp_s - latency_s)?;
             row.push(
                 x.offset(id),
                 -(plane.normal.dot(&motion.velocity) + attitude.dot(&motion.rate)),
@@ -313,15 +319,15 @@ impl SoundingConditions<'_> {
 }
 
 /// A beam at its adjusted observations.
-struct AdjustedBeam {
+pub(super) struct AdjustedBeam {
     misclosure: f64,
     variance: f64,
-    partials: BeamPartials,
+    pub(super) partials: BeamPartials,
 }
 
 /// Moves range and angles onto the plane `base + in_sensor . u = 0` by least squares and linearises there:
 /// `w = f(l_adj) + B (l - l_adj)`, `m = B S B^T`.
-fn adjust_beam(
+pub(super) fn adjust_beam(
     observed: &Beam,
     noise: &crate::observe::SonarNoise,
     in_sensor: &Vector3<f64>,
@@ -358,6 +364,14 @@ impl Conditions for SoundingConditions<'_> {
 
     fn group(&self, _k: usize) -> u16 {
         self.group
+    }
+
+    fn cell(&self, k: usize) -> u16 {
+        let tie = self.ties[k];
+        let time_s = self.scene.campaign.soundings.time_s[tie.row as usize];
+        self.cells.map_or(self.group, |(cells, passes)| {
+            cells.number(self.group, passes.at(time_s), tie.face)
+        })
     }
 
     fn interval(&self, k: usize) -> Option<u32> {
@@ -407,6 +421,8 @@ pub struct ReturnConditions<'a> {
     pub trajectory: TrajectoryErrors<'a>,
     /// Observation group.
     pub group: u16,
+    /// Cells of the tests of parts, and the passes they count.
+    pub cells: Option<(Cells, &'a Passes)>,
 }
 
 impl ReturnConditions<'_> {
@@ -465,7 +481,7 @@ impl ReturnConditions<'_> {
 }
 
 /// `S b`: how the point moves per unit of multiplier, metres squared.
-fn shift_along(
+pub(super) fn shift_along(
     noise: &crate::observe::LaserNoise,
     u: &Vector3<f64>,
     gain: &nalgebra::Vector2<f64>,
@@ -482,6 +498,14 @@ impl Conditions for ReturnConditions<'_> {
 
     fn group(&self, _k: usize) -> u16 {
         self.group
+    }
+
+    fn cell(&self, k: usize) -> u16 {
+        let tie = self.ties[k];
+        let time_s = self.scene.return_time_s(tie.row as usize);
+        self.cells.map_or(self.group, |(cells, passes)| {
+            cells.number(self.group, passes.at(time_s), tie.face)
+        })
     }
 
     fn interval(&self, k: usize) -> Option<u32> {

@@ -211,6 +211,12 @@ impl<'a> Scene<'a> {
         kept.unwrap_or_else(|| self.trajectory.pose_at(moment()).ok())
     }
 
+    /// Time of return `j`, seconds; zero where returns came without one.
+    #[must_use]
+    pub fn return_time_s(&self, j: usize) -> f64 {
+        self.campaign.laser.time_s.get(j).copied().unwrap_or(0.0)
+    }
+
     /// Pose of the body at the time of return `j`; `None` outside the trajectory.
     #[must_use]
     pub fn return_pose(&self, j: usize) -> Option<PoseSample> {

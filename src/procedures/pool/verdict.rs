@@ -11,6 +11,8 @@ use super::scene::{RoughMounting, Scene};
 use super::ties::TieSet;
 use crate::adjust::{AdjustError, Status};
 use crate::calibrate::driver::ABSURD_VARIANCE_FACTOR;
+use crate::calibrate::verdict::{Ending, concluded};
+use crate::results::{Finding, Verdict};
 use crate::target::Role;
 
 /// Smallest share of the laser points near the target that lies on its faces.
@@ -66,6 +68,8 @@ pub enum Refusal {
         /// The variance factor.
         variance_factor: f64,
     },
+    /// The model does not fit: a finding of the verdict's tests.
+    DoesNotFit(Box<Finding>),
     /// The reference path failed, and no other ran.
     Sequential {
         /// Its message.
@@ -128,6 +132,8 @@ impl fmt::Display for Refusal {
                  target model, or sensors that do not belong together",
                 variance_factor.sqrt()
             ),
+            Self::DoesNotFit(finding) if finding.advice.is_empty() => f.write_str(&finding.seen),
+            Self::DoesNotFit(finding) => write!(f, "{}; {}", finding.seen, finding.advice),
             Self::Sequential { message } => write!(f, "the reference path failed: {message}"),
         }
     }
@@ -144,7 +150,7 @@ impl Refusal {
 
     /// The kind of refusal as one word, for counting.
     #[must_use]
-    pub fn code(&self) -> &'static str {
+    pub fn code(&self) -> &str {
         match self {
             Self::TargetFar { .. } => "target_far",
             Self::TargetNotFound { .. } => "target_not_found",
@@ -155,6 +161,7 @@ impl Refusal {
             Self::Undetermined { .. } => "undetermined",
             Self::NotSolved { .. } => "not_solved",
             Self::AbsurdMisfit { .. } => "absurd_misfit",
+            Self::DoesNotFit(finding) => &finding.code,
             Self::Sequential { .. } => "sequential",
         }
     }
@@ -236,10 +243,35 @@ impl Refusal {
                 });
             }
         }
+        if let Some(finding) = joint.withdrawn() {
+            return Some(Self::DoesNotFit(Box::new(finding.clone())));
+        }
         joint
             .variance_factor()
             .filter(|v| *v > ABSURD_VARIANCE_FACTOR)
             .map(|variance_factor| Self::AbsurdMisfit { variance_factor })
+    }
+}
+
+impl PoolOutcome<'_> {
+    /// The verdict: what refused the result first, then what the joint path's tests found.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let joint = self.joint.as_ref();
+        let findings = joint.map_or(&[][..], |joint| &joint.doubted.findings);
+        let ending = match &self.refusal {
+            None => Ending::Usable,
+            Some(Refusal::DoesNotFit(first)) => Ending::Withdrawn(first),
+            Some(refusal) => Ending::Refused {
+                code: refusal.code(),
+                seen: refusal.to_string(),
+                determined: !matches!(
+                    refusal,
+                    Refusal::Undetermined { .. } | Refusal::NotSolved { .. }
+                ),
+            },
+        };
+        concluded(ending, findings)
     }
 }
 

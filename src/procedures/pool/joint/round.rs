@@ -5,6 +5,8 @@ use nalgebra::Matrix6;
 use super::super::conditions::{ReturnConditions, SoundingConditions, TrajectoryErrors};
 use super::super::config::{Drift, JointConfig, Planes};
 use super::super::coverage::Coverage;
+use super::super::doubts::Passes;
+use super::super::judge::{Case, Cells};
 use super::super::scene::Scene;
 use super::super::ties::{
     Among, Association, Corrected, TieSet, TrajectoryVariance, tie_returns, tie_soundings,
@@ -15,9 +17,10 @@ use super::{
 };
 use crate::adjust::{
     AdjustError, BlockId, Estimate, Kernel, Limits, Options, ParameterSet, Problem, QualityOptions,
-    Solution, Source, variance_components,
+    Snooped, Solution, Source, variance_components,
 };
 use crate::calibrate::driver::{Schedule, Solved};
+use crate::calibrate::verdict::Doubted;
 use crate::matching::Patches;
 use crate::observe::Mounting;
 
@@ -62,6 +65,7 @@ impl Frame<'_> {
             returns: ties.returns,
             rounds,
             stable,
+            doubted: Doubted::default(),
             judgement,
         }
     }
@@ -120,7 +124,33 @@ impl Frame<'_> {
         drop_snooped(&mut ties.soundings, judged.ignored.first());
         drop_snooped(&mut ties.returns, judged.ignored.get(1));
         judgement.components = self.components(&ties, &solution.estimate)?;
-        Ok(self.outcome(solution, ties, rounds, stable, Some(judgement)))
+        let outcome = self.outcome(solution, ties, rounds, stable, Some(judgement));
+        Ok(JointOutcome {
+            doubted: judged.doubted,
+            ..outcome
+        })
+    }
+
+    /// What speaks against a solution.
+    pub(super) fn judge(
+        &self,
+        ties: &Ties,
+        problem: &Problem,
+        found: &Snooped,
+    ) -> Result<Doubted, AdjustError> {
+        if self.config.planes == Planes::Fixed {
+            return Ok(Doubted::default());
+        }
+        let case = Case {
+            scene: self.scene,
+            blocks: self.blocks,
+            solution: &found.solution,
+            quality: &found.quality,
+            ties: (&ties.soundings.ties, &ties.returns.ties),
+            passes: &Passes::of(self.scene, &ties.soundings.ties),
+            config: &self.config.verdict,
+        };
+        case.heard(problem)
     }
 
     /// Iterated variance components of the ties that data snooping left, by plain least squares: a kernel shortens the tails and
@@ -162,7 +192,14 @@ impl Frame<'_> {
                 false,
             ))
         };
+        let passes = Passes::of(self.scene, &ties.soundings.ties);
+        let cells = Cells {
+            passes: passes.count(),
+            faces: self.scene.target.faces.len(),
+        };
+        let cells = Some((cells, &passes));
         let soundings = SoundingConditions {
+            cells,
             scene: self.scene,
             ties: &ties.soundings.ties,
             planes: &self.blocks.faces,
@@ -177,6 +214,7 @@ impl Frame<'_> {
             group: SOUNDINGS,
         };
         let returns = ReturnConditions {
+            cells,
             scene: self.scene,
             ties: &ties.returns.ties,
             planes: &self.blocks.faces,

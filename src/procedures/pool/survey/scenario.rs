@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
+use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::FormatError;
 use crate::formats::error::read_text;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
@@ -75,6 +76,8 @@ section! {
         sequential: SequentialConfig = or (SequentialConfig::default()), Kind::Table(SequentialConfig::KEYS);
         /// The joint path.
         joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+        /// Limits of the verdict, and findings that the surveyor accepts.
+        verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
     }
 }
 
@@ -84,8 +87,10 @@ impl ScenarioFile {
     /// # Errors
     /// [`ScenarioError`] for what reading the file let through, which is nothing.
     pub fn calibration(&self, file: &Path) -> Result<Calibration, ScenarioError> {
-        toml::from_str(&self.calibration.to_string())
-            .map_err(|e| fault(file, e.message().to_owned()))
+        let mut found: Calibration = toml::from_str(&self.calibration.to_string())
+            .map_err(|e| fault(file, e.message().to_owned()))?;
+        found.joint.verdict = found.verdict.clone();
+        Ok(found)
     }
 }
 
@@ -282,7 +287,7 @@ fn take_calibration(root: &mut Spanned<DeTable<'_>>) -> toml::Table {
         let value = toml::Value::deserialize(ValueDeserializer::from(value)).ok()?;
         Some((key.to_owned(), value))
     };
-    ["sequential", "joint"]
+    ["sequential", "joint", "verdict"]
         .into_iter()
         .filter_map(take)
         .collect()

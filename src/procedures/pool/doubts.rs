@@ -1,0 +1,473 @@
+//! Unknowns that the joint path could have and has not: the columns of their score tests (mathematics section 10).
+//!
+//! A column is the derivative of a condition `n . X - d = 0` by the unknown, at the solution. With the body's pose `R`, the face's normal
+//! in the body `b = R^T n` and `a = arm x b` (a turn of the body in its own axes moves the point along the normal by `a`):
+//!
+//! | unknown | column |
+//! |---|---|
+//! | stamps late | `-(n . v + a . w)`, velocity `v`, rate `w` of the body |
+//! | position of the body | `n` |
+//! | attitude in the level frame | `R a` |
+//! | scale of roll | `roll a . y`; of pitch `pitch a . x'`, `x'` the pitch axis |
+//! | mounting of one pass | `R_m u x b`, `b` |
+//! | scale and offset of the range | `b . R_m u` at the adjusted range, over the range |
+//! | scale of the beam angle | `angle b . R_m du/dangle` |
+//! | a face off its plane | `-1` |
+
+use nalgebra::Vector3;
+
+use super::conditions::{MountingBlocks, adjust_beam, motion, shift_along};
+use super::joint::Blocks;
+use super::planes::PASS_GAP_S;
+use super::scene::Scene;
+use super::ties::{Tie, return_gain};
+use crate::adjust::{Component, ParameterSet, Row, ScoreColumns, Unit};
+use crate::calibrate::verdict::Doubt;
+use crate::observe::{Mounting, PoseSample, SoundingRange};
+
+/// Passes by the time they begin at, split where the soundings pause.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Passes {
+    /// Begin of each pass but the first, seconds: the middle of the pause before it.
+    begins_s: Vec<f64>,
+}
+
+impl Passes {
+    /// Passes of the tied soundings.
+    #[must_use]
+    pub fn of(scene: &Scene, ties: &[Tie]) -> Self {
+        let times_s: Vec<f64> = ties
+            .iter()
+            .map(|tie| scene.campaign.soundings.time_s[tie.row as usize])
+            .collect();
+        let pauses = times_s
+            .windows(2)
+            .filter(|pair| pair[1] - pair[0] > PASS_GAP_S);
+        Self {
+            begins_s: pauses.map(|pair| 0.5 * (pair[0] + pair[1])).collect(),
+        }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.begins_s.len() + 1
+    }
+
+    /// The pass of a moment, from 0.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> usize {
+        self.begins_s.partition_point(|begin| *begin <= time_s)
+    }
+}
+
+/// First columns of the doubts; `None` where the model has the unknown already or cannot have it.
+#[derive(Clone, Debug, Default)]
+struct Columns {
+    latency: Option<usize>,
+    range_scale: Option<usize>,
+    range_offset: Option<usize>,
+    angle_scale: Option<usize>,
+    gradient: Option<usize>,
+    returns_latency: Option<usize>,
+    returns_range: Option<usize>,
+    scanner: Option<usize>,
+    /// Scale of roll and pitch, and what each takes from the other.
+    attitude: Option<usize>,
+    level: Option<usize>,
+    /// Per pass.
+    mounting: Vec<Option<usize>>,
+    datum: Vec<Option<usize>>,
+    /// Per face.
+    face: Vec<Option<usize>>,
+}
+
+/// The doubts of a pool calibration with their columns.
+pub struct Doubts<'a> {
+    scene: &'a Scene<'a>,
+    soundings: &'a [Tie],
+    returns: &'a [Tie],
+    passes: &'a Passes,
+    mounting: Mounting,
+    scanner: Mounting,
+    latency_s: f64,
+    /// Normal of each face at the solution.
+    normals: Vec<Option<Vector3<f64>>>,
+    columns: Columns,
+    /// What is doubted, in the order of the columns.
+    pub list: Vec<Doubt>,
+}
+
+impl<'a> Doubts<'a> {
+    /// Everything that these ties could tell of.
+    #[must_use]
+    pub fn of(
+        (scene, blocks, x): (&'a Scene<'a>, &Blocks, &ParameterSet),
+        (soundings, returns): (&'a [Tie], &'a [Tie]),
+        passes: &'a Passes,
+    ) -> Self {
+        let at = |blocks: &MountingBlocks| blocks.at(x);
+        let normal = |plane: &Option<super::conditions::FacePlane>| {
+            plane.as_ref().map(|plane| x.normal(plane.normal))
+        };
+        let mut doubts = Self {
+            scene,
+            soundings,
+            returns,
+            passes,
+            mounting: at(&blocks.mounting),
+            scanner: blocks.scanner.as_ref().map_or(scene.campaign.scanner, at),
+            latency_s: blocks.latency.map_or(0.0, |id| x.euclidean(id)[0]),
+            normals: blocks.faces.iter().map(normal).collect(),
+            columns: Columns::default(),
+            list: vec![],
+        };
+        doubts.sounder(blocks);
+        doubts.laser(blocks);
+        doubts.body();
+        doubts.by_pass();
+        doubts.faces(blocks);
+        doubts
+    }
+
+    /// Appends a doubt; returns its first column.
+    fn add(&mut self, doubt: Doubt) -> Option<usize> {
+        let first = self.list.iter().map(|doubt| doubt.components.len()).sum();
+        self.list.push(doubt);
+        Some(first)
+    }
+
+    fn sounder(&mut self, blocks: &Blocks) {
+        if blocks.latency.is_none() {
+            let what = "the sounder's stamps look late";
+            let advice = "set [joint] latency = true, or correct [multibeam] time_offset_s";
+            self.columns.latency = self.add(Doubt::single("latency", what, Unit::Second, advice));
+        }
+        if blocks.range_scale.is_none() {
+            let what = "the sounder's ranges want to be longer (range scale, sound speed)";
+            let advice = "check the sound speed; set [joint] range_scale = true";
+            self.columns.range_scale =
+                self.add(Doubt::single("range_scale", what, Unit::One, advice));
+        }
+        let what = "the sounder's ranges want to be longer by a constant";
+        let advice = "check the sounder's range offset (transducer draught, pulse detection)";
+        self.columns.range_offset =
+            self.add(Doubt::single("range_offset", what, Unit::Metre, advice));
+        let what = "the beam angles want to be wider (sound speed at the transducer)";
+        let advice = "check the sound speed that the sounder steered its beams with";
+        self.columns.angle_scale =
+            self.add(Doubt::single("beam_angle_scale", what, Unit::One, advice));
+        if self.scene.has_profile() {
+            let what = "ranges want to grow with depth (gradient of the sound speed), per 10 m";
+            let advice = "measure the sound speed profile anew";
+            self.columns.gradient = self.add(Doubt::single(
+                "sound_speed_gradient",
+                what,
+                Unit::One,
+                advice,
+            ));
+        }
+    }
+
+    fn laser(&mut self, blocks: &Blocks) {
+        if !self.scene.laser_uses_trajectory() || self.returns.is_empty() {
+            return;
+        }
+        let what = "the scanner's stamps look late";
+        let advice = "correct [lidar] time_offset_s";
+        self.columns.returns_latency =
+            self.add(Doubt::single("laser_latency", what, Unit::Second, advice));
+        let what = "the scanner's ranges want to be longer by a constant";
+        let advice = "check the scanner's range offset";
+        self.columns.returns_range = self.add(Doubt::single(
+            "laser_range_offset",
+            what,
+            Unit::Metre,
+            advice,
+        ));
+        if blocks.scanner.is_none() {
+            let what = "the scanner's own mounting looks wrong";
+            let advice = "calibrate the scanner again, or state [lidar] mounting_sigma_deg and lever_arm_sigma_m";
+            self.columns.scanner = self.add(Doubt::several(
+                "scanner_mounting",
+                what,
+                mounting_components(),
+                advice,
+            ));
+        }
+    }
+
+    fn body(&mut self) {
+        if !self.scene.laser_uses_trajectory() {
+            return;
+        }
+        let scales = [
+            "roll scale",
+            "pitch scale",
+            "roll by pitch",
+            "pitch by roll",
+        ];
+        let what = "roll and pitch do not turn the boat as they say";
+        let advice = "check signs, order and unit of roll and pitch, and the axes of the motion sensor (-200 % is a wrong sign, \
+                      -100 % with +100 % of the other an exchange)";
+        let components = scales.map(|name| Component::new(name, Unit::One)).to_vec();
+        self.columns.attitude =
+            self.add(Doubt::several("attitude_scale", what, components, advice));
+        let level = [
+            "about east of the target",
+            "about north of the target",
+            "heading",
+        ];
+        let what = "the attitude is turned against the world";
+        let advice = "check the heading (grid or magnetic instead of true, [target] azimuth_deg) and the motion sensor's level";
+        let components = level
+            .map(|name| Component::new(name, Unit::Radian))
+            .to_vec();
+        self.columns.level = self.add(Doubt::several("attitude_offset", what, components, advice));
+    }
+
+    fn by_pass(&mut self) {
+        let count = self.passes.count();
+        (self.columns.mounting, self.columns.datum) = (vec![None; count], vec![None; count]);
+        if count < 2 {
+            return;
+        }
+        // with two passes the second one's own mounting is the first one's with the other sign
+        let first = usize::from(count == 2);
+        for pass in first..count {
+            let number = pass + 1;
+            let what = format!("the sounder sits otherwise in pass {number} than in the others");
+            let advice = "the pole or the transducer has moved: look at its mount, and calibrate the passes before and after by themselves";
+            let code = "mounting_of_pass";
+            let doubt = Doubt::several(code, &what, mounting_components(), advice);
+            self.columns.mounting[pass] = self.add(doubt);
+            let what = format!("the boat's position jumps in pass {number} against the others");
+            let advice =
+                "check the position's fix type and datum, and [trajectory] position_drift_sigma_m";
+            let axes = ["away from the boat", "along the wall", "up"];
+            let components = axes.map(|name| Component::new(name, Unit::Metre)).to_vec();
+            self.columns.datum[pass] =
+                self.add(Doubt::several("datum_of_pass", &what, components, advice));
+        }
+    }
+
+    fn faces(&mut self, blocks: &Blocks) {
+        let target = self.scene.target;
+        self.columns.face = vec![None; target.faces.len()];
+        let seen_by =
+            |ties: &[Tie], face: usize| ties.iter().filter(|t| t.face as usize == face).count();
+        for face in 0..target.faces.len() {
+            let plane = blocks.faces[face].as_ref();
+            let alone = (0..target.faces.len())
+                .filter(|other| target.faces[*other].group == target.faces[face].group)
+                .all(|other| {
+                    other == face
+                        || seen_by(self.soundings, other) + seen_by(self.returns, other) < 20
+                });
+            let few = seen_by(self.soundings, face) + seen_by(self.returns, face) < 20;
+            if plane.is_none_or(|plane| plane.offset.is_some()) || alone || few {
+                continue;
+            }
+            let what = format!("face {} stands off its plane", target.faces[face].name);
+            let advice = "survey the target again, or give the faces a tolerance (coplanarity_sigma_m, height_sigma_m)";
+            self.columns.face[face] =
+                self.add(Doubt::single("face_offset", &what, Unit::Metre, advice));
+        }
+    }
+
+    /// Columns that both sensors share: those of the body's motion, of the passes' datum and of the face.
+    fn shared(&self, seen: &Seen, time_s: f64, face: u16, push: &mut dyn FnMut(usize, f64)) {
+        let in_level = seen.pose.rotation * seen.turn;
+        if let Some(first) = self.columns.attitude {
+            let (roll, pitch, _) = crate::geometry::rotation::to_attitude(&seen.pose.rotation);
+            let by_roll = seen.turn.y;
+            let by_pitch = seen.turn.x * roll.cos() + seen.turn.z * roll.sin();
+            push(first, by_roll * roll);
+            push(first + 1, by_pitch * pitch);
+            push(first + 2, by_roll * pitch);
+            push(first + 3, by_pitch * roll);
+        }
+        push_three(self.columns.level, &in_level, push);
+        push_three(
+            self.columns.datum[self.passes.at(time_s)],
+            &seen.normal,
+            push,
+        );
+        if let Some(column) = self.columns.face[face as usize] {
+            push(column, -1.0);
+        }
+    }
+
+    fn seen(
+        &self,
+        pose: PoseSample,
+        face: u16,
+        mounting: &Mounting,
+        u_m: &Vector3<f64>,
+    ) -> Option<Seen> {
+        let normal = self.normals[face as usize]?;
+        let in_body = pose.rotation.tr_mul(&normal);
+        let turned = mounting.rotation * u_m;
+        let turn = (turned + mounting.lever_arm_m).cross(&in_body);
+        Some(Seen {
+            pose,
+            normal,
+            in_body,
+            turned,
+            turn,
+        })
+    }
+
+    /// Minus the speed of the point along the normal, metres per second.
+    fn late(&self, seen: &Seen, time_s: f64) -> f64 {
+        let Some(motion) = motion(&self.scene.trajectory, time_s) else {
+            return 0.0;
+        };
+        let in_level = seen.pose.rotation * seen.turn;
+        -(seen.normal.dot(&motion.velocity) + in_level.dot(&motion.rate))
+    }
+
+    /// Everything at the adjusted beam: the measured one errs together with the misclosure, which would bias every score.
+    fn sounding(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
+        let tie = self.soundings[k];
+        let index = tie.row as usize;
+        let pose = self.scene.sounding_pose(index, self.latency_s)?;
+        let beam = self.scene.beam(index, &pose, &self.mounting)?;
+        let in_body = pose.rotation.tr_mul(&self.normals[tie.face as usize]?);
+        let in_sensor = self.mounting.rotation.tr_mul(&in_body);
+        let base = row.misclosure - in_sensor.dot(&beam.vector_m());
+        let noise = &self.scene.campaign.soundings.noise;
+        let partials = adjust_beam(&beam, noise, &in_sensor, base).partials;
+        let seen = self.seen(pose, tie.face, &self.mounting, &partials.vector_m)?;
+        let time_s = self.scene.campaign.soundings.time_s[index] - self.latency_s;
+        let columns = &self.columns;
+        let along_m = in_sensor.dot(&partials.vector_m);
+        let mut one = |column: Option<usize>, value: f64| {
+            if let Some(column) = column {
+                push(column, value);
+            }
+        };
+        if columns.latency.is_some() {
+            one(columns.latency, self.late(&seen, time_s));
+        }
+        one(columns.range_scale, along_m);
+        one(columns.range_offset, along_m / beam.range_m);
+        one(
+            columns.angle_scale,
+            in_sensor.dot(&partials.jacobian.column(1)) * beam.across_rad,
+        );
+        if columns.gradient.is_some() {
+            let depth_m = -(pose.rotation * seen.turned).z / 2.0;
+            one(columns.gradient, along_m * depth_m / 10.0);
+        }
+        if let Some(first) = columns.mounting[self.passes.at(time_s)] {
+            push_three(Some(first), &seen.turned.cross(&seen.in_body), push);
+            push_three(Some(first + 3), &seen.in_body, push);
+        }
+        self.shared(&seen, time_s, tie.face, push);
+        Some(())
+    }
+
+    fn of_return(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
+        let tie = self.returns[k];
+        let index = tie.row as usize;
+        if !self.scene.laser_uses_trajectory() {
+            if let Some(column) = self.columns.face[tie.face as usize] {
+                push(column, -1.0);
+            }
+            return Some(());
+        }
+        let pose = self.scene.return_pose(index)?;
+        let raw_m = self.scene.campaign.laser.point(index);
+        let noise = &self.scene.campaign.laser.noise;
+        let in_body = pose.rotation.tr_mul(&self.normals[tie.face as usize]?);
+        let in_sensor = self.scanner.rotation.tr_mul(&in_body);
+        let gain = return_gain(noise, &raw_m, &in_sensor);
+        let by = row.misclosure / gain.norm_squared();
+        let u_m = raw_m - shift_along(noise, &raw_m, &gain) * by;
+        let seen = self.seen(pose, tie.face, &self.scanner, &u_m)?;
+        let time_s = self.scene.campaign.laser.time_s[index];
+        if let Some(column) = self.columns.returns_latency {
+            push(column, self.late(&seen, time_s));
+        }
+        if let Some(column) = self.columns.returns_range {
+            push(column, in_sensor.dot(&u_m) / u_m.norm().max(1e-9));
+        }
+        if let Some(first) = self.columns.scanner {
+            push_three(Some(first), &seen.turned.cross(&seen.in_body), push);
+            push_three(Some(first + 3), &seen.in_body, push);
+        }
+        self.shared(&seen, time_s, tie.face, push);
+        Some(())
+    }
+
+    /// The columns of the soundings' conditions.
+    #[must_use]
+    pub fn of_soundings(&self) -> OfSoundings<'_> {
+        OfSoundings(self)
+    }
+
+    /// The columns of the returns' conditions.
+    #[must_use]
+    pub fn of_returns(&self) -> OfReturns<'_> {
+        OfReturns(self)
+    }
+}
+
+/// What one observation sees of the body.
+struct Seen {
+    pose: PoseSample,
+    /// Of its face, in the target frame.
+    normal: Vector3<f64>,
+    /// The same in the body.
+    in_body: Vector3<f64>,
+    /// `R_m u`.
+    turned: Vector3<f64>,
+    /// Derivative by a turn of the body in its own axes.
+    turn: Vector3<f64>,
+}
+
+fn push_three(first: Option<usize>, values: &Vector3<f64>, push: &mut dyn FnMut(usize, f64)) {
+    let Some(first) = first else { return };
+    (0..3).for_each(|i| push(first + i, values[i]));
+}
+
+fn mounting_components() -> Vec<Component> {
+    let angles = ["pitch", "roll", "yaw"].map(|name| Component::new(name, Unit::Radian));
+    let arm = ["lx", "ly", "lz"].map(|name| Component::new(name, Unit::Metre));
+    angles.into_iter().chain(arm).collect()
+}
+
+/// [`Doubts`] as the soundings see them.
+pub struct OfSoundings<'a>(&'a Doubts<'a>);
+
+impl ScoreColumns for OfSoundings<'_> {
+    fn derive(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) {
+        let _ = self.0.sounding(k, row, push);
+    }
+}
+
+/// [`Doubts`] as the returns see them.
+pub struct OfReturns<'a>(&'a Doubts<'a>);
+
+impl ScoreColumns for OfReturns<'_> {
+    fn derive(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) {
+        let _ = self.0.of_return(k, row, push);
+    }
+}
+
+impl Scene<'_> {
+    /// Whether soundings are travel times through a measured profile.
+    #[must_use]
+    pub fn has_profile(&self) -> bool {
+        let by_time = matches!(
+            self.campaign.soundings.range,
+            SoundingRange::TwoWayTravelTime(_)
+        );
+        let profile = matches!(
+            self.campaign.sound_speed,
+            Some(crate::observe::SoundSpeed::Profile(_))
+        );
+        by_time && profile
+    }
+}
