@@ -16,14 +16,15 @@
 
 use nalgebra::Vector3;
 
-use super::conditions::{MountingBlocks, adjust_beam, motion, shift_along};
+use super::conditions::{ReturnConditions, Sight, SoundingConditions, motion};
 use super::joint::Blocks;
 use super::planes::PASS_GAP_S;
 use super::scene::Scene;
-use super::ties::{Tie, return_gain};
-use crate::adjust::{Component, ParameterSet, Row, ScoreColumns, Unit};
+use super::ties::Tie;
+use crate::adjust::{Component, Row, ScoreColumns, Solved, Unit};
 use crate::calibrate::verdict::Doubt;
-use crate::observe::{Mounting, PoseSample, SoundingRange};
+use crate::geometry::rotation::to_attitude;
+use crate::observe::SoundingRange;
 
 /// Passes by the time they begin at, split where the soundings pause.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,40 +86,27 @@ struct Columns {
 /// The doubts of a pool calibration with their columns.
 pub struct Doubts<'a> {
     scene: &'a Scene<'a>,
-    soundings: &'a [Tie],
-    returns: &'a [Tie],
+    soundings: &'a SoundingConditions<'a>,
+    returns: &'a ReturnConditions<'a>,
     passes: &'a Passes,
-    mounting: Mounting,
-    scanner: Mounting,
-    latency_s: f64,
-    /// Normal of each face at the solution.
-    normals: Vec<Option<Vector3<f64>>>,
     columns: Columns,
     /// What is doubted, in the order of the columns.
     pub list: Vec<Doubt>,
 }
 
 impl<'a> Doubts<'a> {
-    /// Everything that these ties could tell of.
+    /// Everything that these conditions could tell of.
     #[must_use]
     pub fn of(
-        (scene, blocks, x): (&'a Scene<'a>, &Blocks, &ParameterSet),
-        (soundings, returns): (&'a [Tie], &'a [Tie]),
+        (scene, blocks): (&'a Scene<'a>, &Blocks),
+        (soundings, returns): (&'a SoundingConditions<'a>, &'a ReturnConditions<'a>),
         passes: &'a Passes,
     ) -> Self {
-        let at = |blocks: &MountingBlocks| blocks.at(x);
-        let normal = |plane: &Option<super::conditions::FacePlane>| {
-            plane.as_ref().map(|plane| x.normal(plane.normal))
-        };
         let mut doubts = Self {
             scene,
             soundings,
             returns,
             passes,
-            mounting: at(&blocks.mounting),
-            scanner: blocks.scanner.as_ref().map_or(scene.campaign.scanner, at),
-            latency_s: blocks.latency.map_or(0.0, |id| x.euclidean(id)[0]),
-            normals: blocks.faces.iter().map(normal).collect(),
             columns: Columns::default(),
             list: vec![],
         };
@@ -170,7 +158,7 @@ impl<'a> Doubts<'a> {
     }
 
     fn laser(&mut self, blocks: &Blocks) {
-        if !self.scene.laser_uses_trajectory() || self.returns.is_empty() {
+        if !self.scene.laser_uses_trajectory() || self.returns.ties.is_empty() {
             return;
         }
         let what = "the scanner's stamps look late";
@@ -262,9 +250,10 @@ impl<'a> Doubts<'a> {
                 .filter(|other| target.faces[*other].group == target.faces[face].group)
                 .all(|other| {
                     other == face
-                        || seen_by(self.soundings, other) + seen_by(self.returns, other) < 20
+                        || seen_by(self.soundings.ties, other) + seen_by(self.returns.ties, other)
+                            < 20
                 });
-            let few = seen_by(self.soundings, face) + seen_by(self.returns, face) < 20;
+            let few = seen_by(self.soundings.ties, face) + seen_by(self.returns.ties, face) < 20;
             if plane.is_none_or(|plane| plane.offset.is_some()) || alone || few {
                 continue;
             }
@@ -276,128 +265,68 @@ impl<'a> Doubts<'a> {
     }
 
     /// Columns that both sensors share: those of the body's motion, of the passes' datum and of the face.
-    fn shared(&self, seen: &Seen, time_s: f64, face: u16, push: &mut dyn FnMut(usize, f64)) {
-        let in_level = seen.pose.rotation * seen.turn;
+    fn shared(&self, sight: &Sight, stamp_s: f64, face: u16, push: &mut dyn FnMut(usize, f64)) {
         if let Some(first) = self.columns.attitude {
-            let (roll, pitch, _) = crate::geometry::rotation::to_attitude(&seen.pose.rotation);
-            let by_roll = seen.turn.y;
-            let by_pitch = seen.turn.x * roll.cos() + seen.turn.z * roll.sin();
-            push(first, by_roll * roll);
+            let turn = sight.rotation.tr_mul(&sight.attitude);
+            let (roll, pitch, _) = to_attitude(&sight.rotation);
+            let by_pitch = turn.x * roll.cos() + turn.z * roll.sin();
+            push(first, turn.y * roll);
             push(first + 1, by_pitch * pitch);
-            push(first + 2, by_roll * pitch);
+            push(first + 2, turn.y * pitch);
             push(first + 3, by_pitch * roll);
         }
-        push_three(self.columns.level, &in_level, push);
-        push_three(
-            self.columns.datum[self.passes.at(time_s)],
-            &seen.normal,
-            push,
-        );
+        push_three(self.columns.level, &sight.attitude, push);
+        let datum = self.columns.datum[self.passes.at(stamp_s)];
+        push_three(datum, &sight.normal, push);
+        self.face(face, push);
+    }
+
+    fn face(&self, face: u16, push: &mut dyn FnMut(usize, f64)) {
         if let Some(column) = self.columns.face[face as usize] {
             push(column, -1.0);
         }
     }
 
-    fn seen(
-        &self,
-        pose: PoseSample,
-        face: u16,
-        mounting: &Mounting,
-        u_m: &Vector3<f64>,
-    ) -> Option<Seen> {
-        let normal = self.normals[face as usize]?;
-        let in_body = pose.rotation.tr_mul(&normal);
-        let turned = mounting.rotation * u_m;
-        let turn = (turned + mounting.lever_arm_m).cross(&in_body);
-        Some(Seen {
-            pose,
-            normal,
-            in_body,
-            turned,
-            turn,
-        })
+    /// Derivative by the delay of the stamps, metres per second; zero at the ends of the trajectory.
+    fn late(&self, sight: &Sight, stamp_s: f64) -> f64 {
+        motion(&self.scene.trajectory, stamp_s).map_or(0.0, |motion| sight.by_delay(&motion))
     }
 
-    /// Minus the speed of the point along the normal, metres per second.
-    fn late(&self, seen: &Seen, time_s: f64) -> f64 {
-        let Some(motion) = motion(&self.scene.trajectory, time_s) else {
-            return 0.0;
-        };
-        let in_level = seen.pose.rotation * seen.turn;
-        -(seen.normal.dot(&motion.velocity) + in_level.dot(&motion.rate))
-    }
-
-    /// Everything at the adjusted beam: the measured one errs together with the misclosure, which would bias every score.
-    fn sounding(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
-        let tie = self.soundings[k];
-        let index = tie.row as usize;
-        let pose = self.scene.sounding_pose(index, self.latency_s)?;
-        let beam = self.scene.beam(index, &pose, &self.mounting)?;
-        let in_body = pose.rotation.tr_mul(&self.normals[tie.face as usize]?);
-        let in_sensor = self.mounting.rotation.tr_mul(&in_body);
-        let base = row.misclosure - in_sensor.dot(&beam.vector_m());
-        let noise = &self.scene.campaign.soundings.noise;
-        let partials = adjust_beam(&beam, noise, &in_sensor, base).partials;
-        let seen = self.seen(pose, tie.face, &self.mounting, &partials.vector_m)?;
-        let time_s = self.scene.campaign.soundings.time_s[index] - self.latency_s;
-        let columns = &self.columns;
-        let along_m = in_sensor.dot(&partials.vector_m);
-        let mut one = |column: Option<usize>, value: f64| {
-            if let Some(column) = column {
-                push(column, value);
-            }
-        };
-        if columns.latency.is_some() {
-            one(columns.latency, self.late(&seen, time_s));
+    fn sounding(&self, k: usize, at: &Solved, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
+        let seen = self.soundings.seen(k, at.parameters, at.chain)?;
+        let tie = self.soundings.ties[k];
+        let (sight, columns) = (&seen.sight, &self.columns);
+        let by_beam = seen.adjusted.partials.jacobian.tr_mul(&seen.in_sensor);
+        let across_rad = self.scene.campaign.soundings.across_rad[tie.row as usize];
+        let gradient = || -seen.by_range * (sight.rotation * sight.turned).z / 20.0;
+        push_one(columns.latency, || self.late(sight, seen.stamp_s), push);
+        push_one(columns.range_scale, || seen.by_range, push);
+        push_one(columns.range_offset, || by_beam.x, push);
+        let across_rad = across_rad + seen.adjusted.correction.y;
+        push_one(columns.angle_scale, || by_beam.y * across_rad, push);
+        push_one(columns.gradient, gradient, push);
+        if let Some(first) = columns.mounting[self.passes.at(seen.stamp_s)] {
+            push_mounting(first, sight, push);
         }
-        one(columns.range_scale, along_m);
-        one(columns.range_offset, along_m / beam.range_m);
-        one(
-            columns.angle_scale,
-            in_sensor.dot(&partials.jacobian.column(1)) * beam.across_rad,
-        );
-        if columns.gradient.is_some() {
-            let depth_m = -(pose.rotation * seen.turned).z / 2.0;
-            one(columns.gradient, along_m * depth_m / 10.0);
-        }
-        if let Some(first) = columns.mounting[self.passes.at(time_s)] {
-            push_three(Some(first), &seen.turned.cross(&seen.in_body), push);
-            push_three(Some(first + 3), &seen.in_body, push);
-        }
-        self.shared(&seen, time_s, tie.face, push);
+        self.shared(sight, seen.stamp_s, tie.face, push);
         Some(())
     }
 
-    fn of_return(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
-        let tie = self.returns[k];
-        let index = tie.row as usize;
+    fn of_return(&self, k: usize, at: &Solved, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
+        let face = self.returns.ties[k].face;
         if !self.scene.laser_uses_trajectory() {
-            if let Some(column) = self.columns.face[tie.face as usize] {
-                push(column, -1.0);
-            }
+            self.face(face, push);
             return Some(());
         }
-        let pose = self.scene.return_pose(index)?;
-        let raw_m = self.scene.campaign.laser.point(index);
-        let noise = &self.scene.campaign.laser.noise;
-        let in_body = pose.rotation.tr_mul(&self.normals[tie.face as usize]?);
-        let in_sensor = self.scanner.rotation.tr_mul(&in_body);
-        let gain = return_gain(noise, &raw_m, &in_sensor);
-        let by = row.misclosure / gain.norm_squared();
-        let u_m = raw_m - shift_along(noise, &raw_m, &gain) * by;
-        let seen = self.seen(pose, tie.face, &self.scanner, &u_m)?;
-        let time_s = self.scene.campaign.laser.time_s[index];
-        if let Some(column) = self.columns.returns_latency {
-            push(column, self.late(&seen, time_s));
+        let seen = self.returns.seen(k, at.parameters, at.chain)?;
+        let (sight, columns) = (&seen.sight, &self.columns);
+        let late = || self.late(sight, seen.stamp_s);
+        push_one(columns.returns_latency, late, push);
+        push_one(columns.returns_range, || seen.by_range, push);
+        if let Some(first) = columns.scanner {
+            push_mounting(first, sight, push);
         }
-        if let Some(column) = self.columns.returns_range {
-            push(column, in_sensor.dot(&u_m) / u_m.norm().max(1e-9));
-        }
-        if let Some(first) = self.columns.scanner {
-            push_three(Some(first), &seen.turned.cross(&seen.in_body), push);
-            push_three(Some(first + 3), &seen.in_body, push);
-        }
-        self.shared(&seen, time_s, tie.face, push);
+        self.shared(sight, seen.stamp_s, face, push);
         Some(())
     }
 
@@ -414,17 +343,15 @@ impl<'a> Doubts<'a> {
     }
 }
 
-/// What one observation sees of the body.
-struct Seen {
-    pose: PoseSample,
-    /// Of its face, in the target frame.
-    normal: Vector3<f64>,
-    /// The same in the body.
-    in_body: Vector3<f64>,
-    /// `R_m u`.
-    turned: Vector3<f64>,
-    /// Derivative by a turn of the body in its own axes.
-    turn: Vector3<f64>,
+fn push_one(column: Option<usize>, value: impl Fn() -> f64, push: &mut dyn FnMut(usize, f64)) {
+    if let Some(column) = column {
+        push(column, value());
+    }
+}
+
+fn push_mounting(first: usize, sight: &Sight, push: &mut dyn FnMut(usize, f64)) {
+    push_three(Some(first), &sight.by_turn(), push);
+    push_three(Some(first + 3), &sight.in_body, push);
 }
 
 fn push_three(first: Option<usize>, values: &Vector3<f64>, push: &mut dyn FnMut(usize, f64)) {
@@ -442,8 +369,8 @@ fn mounting_components() -> Vec<Component> {
 pub struct OfSoundings<'a>(&'a Doubts<'a>);
 
 impl ScoreColumns for OfSoundings<'_> {
-    fn derive(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) {
-        let _ = self.0.sounding(k, row, push);
+    fn derive(&self, k: usize, at: &Solved, _: &Row, push: &mut dyn FnMut(usize, f64)) {
+        let _ = self.0.sounding(k, at, push);
     }
 }
 
@@ -451,8 +378,8 @@ impl ScoreColumns for OfSoundings<'_> {
 pub struct OfReturns<'a>(&'a Doubts<'a>);
 
 impl ScoreColumns for OfReturns<'_> {
-    fn derive(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) {
-        let _ = self.0.of_return(k, row, push);
+    fn derive(&self, k: usize, at: &Solved, _: &Row, push: &mut dyn FnMut(usize, f64)) {
+        let _ = self.0.of_return(k, at, push);
     }
 }
 

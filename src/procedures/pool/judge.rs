@@ -1,9 +1,9 @@
 //! What speaks against a joint solution: the pool's cells, doubts, shares and corrections, handed to the common verdict.
 
+use super::conditions::{ReturnConditions, SoundingConditions};
 use super::doubts::{Doubts, Passes};
 use super::joint::{Blocks, JointOutcome, RETURNS, SIX, SOUNDINGS};
 use super::scene::Scene;
-use super::ties::Tie;
 use crate::adjust::{
     AdjustError, FitTest, GroupQuality, Kernel, Problem, Quality, Solution, beside_conditions,
     prior_tests,
@@ -53,8 +53,8 @@ pub struct Case<'a> {
     pub solution: &'a Solution,
     /// Its judgement.
     pub quality: &'a Quality,
-    /// Soundings and returns used.
-    pub ties: (&'a [Tie], &'a [Tie]),
+    /// Conditions of soundings and returns.
+    pub conditions: (&'a SoundingConditions<'a>, &'a ReturnConditions<'a>),
     /// Passes.
     pub passes: &'a Passes,
     /// Limits.
@@ -82,7 +82,7 @@ impl Case<'_> {
 
     fn doubts(&self, problem: &Problem) -> Result<Doubted, AdjustError> {
         let x = &self.solution.estimate.parameters;
-        let doubts = Doubts::of((self.scene, self.blocks, x), self.ties, self.passes);
+        let doubts = Doubts::of((self.scene, self.blocks), self.conditions, self.passes);
         let (soundings, returns) = (doubts.of_soundings(), doubts.of_returns());
         let columns = [Some(&soundings as _), Some(&returns as _)];
         let first = [

@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 use super::conditions::Tie;
 use super::model::{Blocks, Turned};
 use super::scene::RailScene;
-use crate::adjust::{ChainState, Component, ParameterSet, Row, ScoreColumns, Unit};
+use crate::adjust::{ChainState, Component, ParameterSet, Row, ScoreColumns, Solved, Unit};
 use crate::calibrate::verdict::Doubt;
 
 /// Ties that an element needs for a test of its own.
@@ -111,7 +111,7 @@ impl<'a> Doubts<'a> {
 pub struct OfPoints<'a>(&'a Doubts<'a>);
 
 impl ScoreColumns for OfPoints<'_> {
-    fn derive(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) {
+    fn derive(&self, k: usize, _: &Solved, row: &Row, push: &mut dyn FnMut(usize, f64)) {
         let doubts = self.0;
         let tie = doubts.ties[k];
         let turned = Turned::at(
@@ -140,7 +140,7 @@ impl ScoreColumns for OfPoints<'_> {
 pub struct OfIns(usize);
 
 impl ScoreColumns for OfIns {
-    fn derive(&self, k: usize, _row: &Row, push: &mut dyn FnMut(usize, f64)) {
+    fn derive(&self, k: usize, _: &Solved, _: &Row, push: &mut dyn FnMut(usize, f64)) {
         let sign = if k % 3 == 2 { -1.0 } else { 1.0 };
         push(self.0 + k % 3, sign);
     }

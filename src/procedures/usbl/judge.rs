@@ -18,7 +18,7 @@ use super::joint::{self, JointOutcome, sought};
 use super::scene::Scene;
 use crate::adjust::{
     AdjustError, Component, FitTest, ParameterSet, Problem, Quality, Row, ScoreColumns, Solution,
-    Unit, beside_conditions, prior_tests,
+    Solved, Unit, beside_conditions, prior_tests,
 };
 use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::bounds::{Correction, Share, share, size};
@@ -117,7 +117,7 @@ fn rate(attitude: &Trajectory, time_s: f64) -> Vector3<f64> {
 }
 
 impl ScoreColumns for Doubts<'_> {
-    fn derive(&self, k: usize, row: &Row, push: &mut dyn FnMut(usize, f64)) {
+    fn derive(&self, k: usize, _: &Solved, row: &Row, push: &mut dyn FnMut(usize, f64)) {
         if k.is_multiple_of(PER_FIX) {
             push(1, -1.0);
             return;
