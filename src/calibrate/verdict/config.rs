@@ -27,6 +27,13 @@ pub const CODES: &[&str] = &[
     "face",
     "size",
     "share",
+    "axes_gap",
+    "ins_attitude",
+    "rail_element",
+    "table",
+    "attitude",
+    "heading_scale",
+    "beacon",
 ];
 
 const VARIANCE: Limits = limits(ABOVE, 1e6, "a factor above 0 and up to 1000000");

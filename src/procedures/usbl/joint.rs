@@ -199,6 +199,7 @@ impl Model for Path<'_> {
             solution: &found.solution,
             quality: &found.quality,
             used: &fixes.used,
+            config: &self.config.verdict,
         };
         case.heard(problem)
     }

@@ -41,6 +41,8 @@ pub(super) struct Case<'a> {
     pub(super) quality: &'a Quality,
     /// Rows of the fixes used.
     pub(super) used: &'a [u32],
+    /// Limits.
+    pub(super) config: &'a VerdictConfig,
 }
 
 /// The doubts of a USBL calibration.
@@ -147,7 +149,6 @@ impl ScoreColumns for Doubts<'_> {
 impl Case<'_> {
     /// Findings in the order of their importance, and the bounds of every doubt.
     pub(super) fn heard(&self, problem: &Problem) -> Result<Doubted, AdjustError> {
-        let config = VerdictConfig::default();
         let doubted = self.doubts(problem)?;
         let mut findings = doubted.findings;
         let all = Share {
@@ -155,15 +156,15 @@ impl Case<'_> {
             candidates: self.scene.common.len(),
             used: self.used.len(),
         };
-        findings.extend(share(&all, &config));
-        findings.extend(fit::priors(&prior_tests(self.solution), &config));
+        findings.extend(share(&all, self.config));
+        findings.extend(fit::priors(&prior_tests(self.solution), self.config));
         let (whole, parts) = self.fits()?;
-        findings.extend(fit::whole(&whole, &config));
-        findings.extend(fit::parts(&parts, &config));
-        findings.extend(size(&self.correction(), &config));
-        findings.extend(self.beacons(&config));
+        findings.extend(fit::whole(&whole, self.config));
+        findings.extend(fit::parts(&parts, self.config));
+        findings.extend(size(&self.correction(), self.config));
+        findings.extend(self.beacons(self.config));
         Ok(Doubted {
-            findings: accepted(findings, &config),
+            findings: accepted(findings, self.config),
             bounds: doubted.bounds,
         })
     }

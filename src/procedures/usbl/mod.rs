@@ -41,7 +41,7 @@ use crate::observe::usbl::UsblCampaign;
 use verify::{BeaconResiduals, Calibrated, verify};
 
 /// What a calibration is made from, and how.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct UsblInput<'a> {
     /// What was observed.
     pub campaign: &'a UsblCampaign,

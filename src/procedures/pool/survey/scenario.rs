@@ -32,7 +32,7 @@ pub struct ScenarioFile {
     pub lidar: String,
     /// Name of the soundings file to write: `.csv`.
     pub multibeam: String,
-    /// The sections `[sequential]` and `[joint]`, handed on to the survey file as they are.
+    /// The sections `[sequential]`, `[joint]` and `[verdict]`, handed on to the survey file as they are.
     pub calibration: toml::Table,
 }
 
@@ -69,7 +69,7 @@ pub fn from_text(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError>
 
 section! {
     #[settings]
-    /// The sections `[sequential]` and `[joint]` with every default.
+    /// The sections `[sequential]`, `[joint]` and `[verdict]` with every default.
     #[derive(Clone, Debug, PartialEq)]
     pub struct Calibration {
         /// The reference path.
@@ -129,9 +129,13 @@ fn placed(document: &Document<'_>, faults: &[String]) -> ScenarioError {
     }
 }
 
-/// Faults of `[sequential]` and `[joint]`, judged as in a survey file.
+/// Faults of `[sequential]`, `[joint]` and `[verdict]`, judged as in a survey file.
 fn calibration_faults(document: &Document<'_>) -> Vec<String> {
-    let own = |p: &&Problem| p.place.contains("[sequential]") || p.place.contains("[joint]");
+    let own = |p: &&Problem| {
+        ["[sequential]", "[joint]", "[verdict]"]
+            .iter()
+            .any(|section| p.place.contains(section))
+    };
     let problems = schema::check(document, Calibration::KEYS);
     problems.iter().filter(own).map(in_words).collect()
 }
