@@ -191,35 +191,49 @@ mod tests {
         assert!(huber < 2.0 && huber > 1.0, "{huber}");
     }
 
-    /// On right data the deviation has mean zero and scatters by one at the most, over 300 seeds: its variance is a bound, and smaller
-    /// where states take much of the residuals, as here.
+    /// Mean and scatter of the deviation over 300 right surveys.
+    fn deviations(kernel: Kernel, epochs: usize, per_interval: usize) -> (f64, f64) {
+        let options = Options {
+            kernel,
+            ..Options::default()
+        };
+        let deviation = |seed| {
+            let toy = Toy::new(seed, epochs, per_interval);
+            let problem = toy.problem();
+            let start = Estimate::new(toy.parameters());
+            let solution = solve(&problem, start, &options).unwrap();
+            let quality = assess(&problem, &solution, &QualityOptions::default()).unwrap();
+            let of_group = |group| FitTest::of(group, kernel);
+            let tests = quality.groups.iter().map(of_group);
+            tests.fold(FitTest::default(), FitTest::with).deviation()
+        };
+        let all: Vec<f64> = (1..=300).map(deviation).collect();
+        let mean = all.iter().sum::<f64>() / 300.0;
+        let scatter = all.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 299.0;
+        (mean, scatter.sqrt())
+    }
+
+    /// Where states take little of the residuals the deviation is a standard normal: the mean of 300 scatters by 0.06, their scatter
+    /// by 0.04.
     #[test]
     fn right_data_deviate_like_a_standard_normal() {
         for kernel in [Kernel::LeastSquares, Kernel::Huber { k: 2.0 }] {
-            let options = Options {
-                kernel,
-                ..Options::default()
-            };
-            let deviation = |seed| {
-                let toy = Toy::new(seed, 40, 6);
-                let problem = toy.problem();
-                let start = Estimate::new(toy.parameters());
-                let solution = solve(&problem, start, &options).unwrap();
-                let quality = assess(&problem, &solution, &QualityOptions::default()).unwrap();
-                let whole = quality
-                    .groups
-                    .iter()
-                    .map(|group| FitTest::of(group, kernel));
-                whole.fold(FitTest::default(), FitTest::with).deviation()
-            };
-            let all: Vec<f64> = (1..=300).map(deviation).collect();
-            let mean = all.iter().sum::<f64>() / 300.0;
-            let scatter = (all.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 299.0).sqrt();
-            assert!(mean.abs() < 0.25, "{kernel:?}: mean {mean}");
+            let (mean, scatter) = deviations(kernel, 4, 80);
+            assert!(mean.abs() < 0.2, "{kernel:?}: mean {mean}");
             assert!(
-                (0.5..1.15).contains(&scatter),
+                (scatter - 1.0).abs() < 0.13,
                 "{kernel:?}: scatter {scatter}"
             );
         }
+    }
+
+    /// Where states take much of them the stated variance is a bound, so that the test errs towards saying nothing (seen: 0.77 and 0.63
+    /// under Huber's kernel); the mean stays.
+    #[test]
+    fn states_only_make_the_test_cautious() {
+        let kernel = Kernel::Huber { k: 2.0 };
+        let (mean, scatter) = deviations(kernel, 40, 6);
+        assert!(mean.abs() < 0.15, "mean {mean}");
+        assert!((0.5..0.8).contains(&scatter), "scatter {scatter}");
     }
 }

@@ -480,49 +480,71 @@ mod tests {
         assert!((4..=28).contains(&beyond), "{beyond}");
     }
 
-    /// The one-step estimate and its effect are those of solving with the suspect as a parameter.
+    /// The toy with its slope as a parameter.
+    struct Sloping<'a>(&'a Toy, BlockId);
+
+    impl Conditions for Sloping<'_> {
+        fn len(&self) -> usize {
+            self.0.len()
+        }
+
+        fn interval(&self, k: usize) -> Option<u32> {
+            self.0.interval(k)
+        }
+
+        fn linearise(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) {
+            self.0.linearise(k, x, chain, row);
+            row.misclosure += slope(k) * x.euclidean(self.1)[0];
+            row.push(x.offset(self.1), slope(k));
+        }
+    }
+
+    /// Estimate, standard deviation and effect of one step are those of solving with the suspect as a parameter.
     #[test]
-    fn effect_is_that_of_estimating_it() {
+    fn one_step_is_what_estimating_it_gives() {
         let toy = Toy::new(63, 60, 6);
-        let problem = toy.problem();
         let options = Options {
             step_tolerance_sigmas: 1e-10,
             ..Options::default()
         };
-        let solution = solve(&problem, Estimate::new(toy.parameters()), &options).unwrap();
-        let further = Slope(&toy);
-        let extended = Extended {
-            inner: &toy,
-            further: Some(&further),
-            first: GLOBALS,
+        let problem = toy.problem();
+        let without = solve(&problem, Estimate::new(toy.parameters()), &options).unwrap();
+        let options_of_score = ScoreOptions {
+            family_alpha: 0.01,
+            most_guilty: 0,
+            misfit: (0.0, 1.0),
         };
-        let mut wider = problem.clone();
-        wider.sources[0].conditions = &extended;
-        let mut start = with_suspects(&Estimate::new(toy.parameters()), &suspects()).unwrap();
-        let copy = start.parameters.find("suspect copy").unwrap();
-        let wave = start.parameters.find("suspect wave").unwrap();
-        start.parameters.block_mut(copy).held = vec![true];
-        start.parameters.block_mut(wave).held = vec![true];
-        let first = score_tests(
+        let further = Slope(&toy);
+        let scores = score_tests(
             &problem,
-            &solution,
+            &without,
             &suspects(),
             &[Some(&further)],
-            &ScoreOptions {
-                family_alpha: 0.01,
-                most_guilty: 0,
-                misfit: (0.0, 1.0),
-            },
-        )
-        .unwrap();
-        let whole = solve(&wider, start, &options).unwrap();
-        let change = |i: usize| {
-            whole.estimate.parameters.blocks()[0].value[i]
-                - solution.estimate.parameters.blocks()[0].value[i]
-        };
-        for i in 0..GLOBALS {
-            let sigma = solution.cofactor[(i, i)].sqrt();
-            assert!((first.alone[0].effect[i] - change(i)).abs() < 1e-2 * sigma);
+            &options_of_score,
+        );
+        let score = &scores.unwrap().alone[0];
+
+        let mut wider = toy.parameters();
+        let names = vec![Component::new("slope", Unit::Metre)];
+        let own = wider
+            .push(Block::euclidean("slope", names, &[0.0]))
+            .unwrap();
+        let sloping = Sloping(&toy, own);
+        let problem = Problem::with_chain(vec![Source::new(&sloping)], &toy.model);
+        let with = solve(&problem, Estimate::new(wider), &options).unwrap();
+
+        let near = |found: f64, expected: f64, sigma: f64| (found - expected).abs() < 1e-6 * sigma;
+        let sigma = with.cofactor[(GLOBALS, GLOBALS)].sqrt();
+        let estimate = with.estimate.parameters.euclidean(own)[0];
+        assert!(
+            near(score.estimate[0], estimate, sigma),
+            "{score:?}, {estimate}"
+        );
+        assert!(near(score.sigma[0], sigma, sigma), "{score:?}, {sigma}");
+        let values = |solution: &Solution| solution.estimate.parameters.blocks()[0].value.clone();
+        for (i, (after, before)) in values(&with).iter().zip(values(&without)).enumerate() {
+            let sigma = without.cofactor[(i, i)].sqrt();
+            assert!(near(score.effect[i], after - before, sigma), "{score:?}");
         }
     }
 }

@@ -14,10 +14,11 @@ pub struct Tried {
 }
 
 impl Tried {
-    /// What alternatives are ranked by: the share, less where those that fit scatter more than stated.
+    /// What alternatives are ranked by: the share, less where those that fit scatter otherwise than stated.
     #[must_use]
     pub fn merit(&self) -> f64 {
-        self.share / self.variance_factor.unwrap_or(1.0).max(1.0).sqrt()
+        let factor = self.variance_factor.unwrap_or(1.0);
+        self.share / factor.max(1.0 / factor).sqrt()
     }
 
     fn words(&self, what: &str) -> String {
@@ -44,6 +45,24 @@ const BETTER: f64 = 1.3;
 /// Share that must fit under an alternative for it to be named.
 const FITS: f64 = 0.6;
 
+/// Variance factor of a survey as given that an alternative can mend, and the largest one that it may leave.
+const BROKEN: f64 = 1.15;
+const MENDED: f64 = 1.1;
+/// Share that an alternative that mends the variance factor may lose.
+const LOST: f64 = 0.02;
+
+impl Tried {
+    /// Whether this takes the misfit out of a survey as given: many more fit, or as many and their scatter is as stated at last.
+    fn mends(&self, as_given: &Tried) -> bool {
+        let by_share = self.merit() > BETTER * as_given.merit();
+        let scatter = |tried: &Tried| tried.variance_factor.unwrap_or(1.0);
+        let by_scatter = scatter(as_given) > BROKEN
+            && scatter(self) < MENDED
+            && self.share > as_given.share - LOST;
+        self.share > FITS && (by_share || by_scatter)
+    }
+}
+
 /// The finding that names the best of several alternatives, if it mends what is broken: it must fit, and clearly better than the survey
 /// as given.
 #[must_use]
@@ -51,8 +70,7 @@ pub fn best(as_given: &Tried, tried: &[(Alternative, Tried)], what: &str) -> Opt
     let by_merit =
         |a: &&(Alternative, Tried), b: &&(Alternative, Tried)| a.1.merit().total_cmp(&b.1.merit());
     let (alternative, found) = tried.iter().max_by(by_merit)?;
-    let mends = found.share > FITS && found.merit() > BETTER * as_given.merit();
-    mends.then(|| {
+    found.mends(as_given).then(|| {
         Finding::new(
             alternative.code,
             Severity::Refuses,
@@ -63,7 +81,7 @@ pub fn best(as_given: &Tried, tried: &[(Alternative, Tried)], what: &str) -> Opt
                 as_given.words("them")
             ),
             format!(
-                "{BETTER} times better than as given, and {:.0} % that fit",
+                "{BETTER} times better than as given or a variance factor from {BROKEN} to {MENDED}, and {:.0} % that fit",
                 100.0 * FITS
             ),
             alternative.advice,
@@ -101,6 +119,17 @@ mod tests {
         assert!(
             found.seen.contains("96 % of the returns fit") && found.seen.contains("as given 44 %")
         );
+    }
+
+    /// A reversed pitch leaves nearly all observations on the target and shows in their scatter alone.
+    #[test]
+    fn a_mistake_that_only_mends_the_scatter_is_named() {
+        let all = [(alternative("sign_of_pitch"), tried(0.93, 1.0))];
+        let found = best(&tried(0.93, 1.24), &all, "the returns").unwrap();
+        assert_eq!(found.code, "sign_of_pitch");
+        let fewer = [(alternative("sign_of_pitch"), tried(0.88, 1.0))];
+        assert_eq!(best(&tried(0.93, 1.24), &fewer, "the returns"), None);
+        assert_eq!(best(&tried(0.93, 1.1), &all, "the returns"), None);
     }
 
     #[test]

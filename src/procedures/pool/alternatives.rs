@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use nalgebra::Vector3;
+
 use super::config::JointConfig;
 use super::joint::{self, JointStart, Surfaces};
 use super::planes;
@@ -11,7 +13,7 @@ use super::ties;
 use super::verdict::Refusal;
 use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::{Alternative, Tried};
-use crate::geometry::ellipsoid::TargetPose;
+use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
 use crate::matching::{Patches, Water};
 use crate::observe::{Campaign, LaserScan, SoundingRange, Soundings};
 use crate::results::Finding;
@@ -32,7 +34,7 @@ struct Survey {
 /// A mistake and how it is undone.
 struct Mistake {
     alternative: Alternative,
-    undo: fn(&mut Survey),
+    undo: Box<dyn Fn(&mut Survey)>,
 }
 
 /// Names the mistake that turns the misfit into a fit, if there is one.
@@ -41,7 +43,8 @@ pub fn named(input: &PoolInput) -> Option<Finding> {
     let survey = thinned(input);
     let first = look(&survey, input);
     let mut seen: Vec<(usize, f64)> = vec![];
-    let all = mistakes(&survey);
+    let mut all = mistakes(&survey);
+    all.extend(misplaced(&survey, input));
     for (i, mistake) in all.iter().enumerate() {
         let mut undone = survey.clone();
         (mistake.undo)(&mut undone);
@@ -165,7 +168,7 @@ fn mistake(
             words: words.to_owned(),
             advice,
         },
-        undo,
+        undo: Box::new(undo),
     }
 }
 
@@ -380,6 +383,74 @@ fn of_axes_and_clocks() -> Vec<Mistake> {
     ]
 }
 
+/// Heights of the target's origin above the middle of the returns that are tried, metres: the scanner sees the upper half.
+const HEIGHTS_M: [f64; 4] = [0.0, -1.0, -2.0, -3.0];
+
+/// The stated origin far from the target that the returns themselves show.
+fn misplaced(survey: &Survey, input: &PoolInput) -> Option<Mistake> {
+    let scene = Scene::prepare(&survey.campaign, input.target, &survey.prior).ok()?;
+    let middle_m = middle(&scene)?;
+    let fitted = HEIGHTS_M.iter().filter_map(|height_m| {
+        let place = middle_m + Vector3::new(0.0, 0.0, *height_m);
+        let moved = survey.prior.moved(&place, 0.0);
+        let found = Scene::prepare(&survey.campaign, input.target, &moved).ok()?;
+        (found.laser_near > 0).then_some((found.laser_fit, found.pose))
+    });
+    let (_, pose) = fitted.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let words = moved_by(&survey.prior, &pose);
+    let prior = TargetPose {
+        azimuth_rad: survey.prior.azimuth_rad,
+        ..pose
+    };
+    Some(Mistake {
+        alternative: Alternative {
+            code: "target_origin",
+            words: format!("with the target's origin {words} of where [target] puts it"),
+            advice: "check [target] origin: its coordinates, their datum, and whether its height is ellipsoidal",
+        },
+        undo: Box::new(move |survey| survey.prior = prior),
+    })
+}
+
+/// Median of the returns in the target frame, metres.
+fn middle(scene: &Scene) -> Option<Vector3<f64>> {
+    let count = scene.campaign.laser.len();
+    let points = (0..count).filter_map(|j| scene.laser_point(j).map(|(point, _)| point));
+    let points: Vec<Vector3<f64>> = points.collect();
+    let median = |axis: usize| {
+        let mut values: Vec<f64> = points.iter().map(|point| point[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    Some(Vector3::new(median(0)?, median(1)?, median(2)?))
+}
+
+/// Where a pose's origin lies from another's: "50.0 m to the south (182 deg) and 0.3 m above".
+fn moved_by(from: &TargetPose, to: &TargetPose) -> String {
+    let (a, b) = (&from.origin, &to.origin);
+    let there =
+        from.ellipsoid.to_geocentric(b).coordinates - from.ellipsoid.to_geocentric(a).coordinates;
+    let level = ecef_from_level(a).matrix.tr_mul(&there);
+    let azimuth_deg = level.x.atan2(level.y).to_degrees().rem_euclid(360.0);
+    let compass = [
+        "north",
+        "north-east",
+        "east",
+        "south-east",
+        "south",
+        "south-west",
+        "west",
+        "north-west",
+    ];
+    let toward = compass[((azimuth_deg / 45.0).round() as usize) % 8];
+    let height = if level.z < 0.0 { "below" } else { "above" };
+    format!(
+        "{:.1} m to the {toward} ({azimuth_deg:.0} deg) and {:.1} m {height}",
+        level.x.hypot(level.y),
+        level.z.abs()
+    )
+}
+
 fn negate(values: &mut [f64]) {
     scale(values, -1.0);
 }
@@ -405,8 +476,8 @@ fn scale_ranges(survey: &mut Survey, factor: f64) {
     scale(values, factor);
 }
 
-fn from_forward_right_down(arm_m: &mut nalgebra::Vector3<f64>) {
-    *arm_m = nalgebra::Vector3::new(arm_m.y, arm_m.x, -arm_m.z);
+fn from_forward_right_down(arm_m: &mut Vector3<f64>) {
+    *arm_m = Vector3::new(arm_m.y, arm_m.x, -arm_m.z);
 }
 
 /// Evenly chosen observations of both sensors.

@@ -209,6 +209,11 @@ fn calibrate_scene<'a>(
     let candidates = outcome
         .scene
         .soundings_near(&surfaces.sonar, &rough.mounting, CANDIDATE_M);
+    let heights_m = outcome.scene.sounding_heights_m(&rough.mounting);
+    outcome.refusal = Refusal::of_water(&outcome.scene, "soundings", heights_m, 1.0);
+    if outcome.refusal.is_some() {
+        return Ok(outcome);
+    }
     let ties = ties::tie_soundings_first(
         &outcome.scene,
         &surfaces.sonar,

@@ -23,12 +23,16 @@ const LEAST: usize = 8;
 pub(super) const LEAST_STEPS: usize = 3;
 /// Steps of the coarse fit when it only follows the table.
 const FOLLOWING_STEPS: u32 = 20;
-/// Turns of the nominal mounting that the coarse fit starts from, degrees; the nominal one first.
-const START_TURNS_DEG: [f64; 7] = [0.0, -15.0, 15.0, -30.0, 30.0, -45.0, 45.0];
+/// Turns of the nominal mounting that the coarse fit starts from beside the nominal one, degrees.
+const START_TURNS_DEG: [f64; 6] = [-15.0, 15.0, -30.0, 30.0, -45.0, 45.0];
+/// Shifts that it starts from, each by itself and with the smallest turns, metres.
+const START_SHIFT_M: f64 = 0.015;
+/// Another start is taken when it brings one point in so many more onto the rail.
+const CLEARLY: usize = 10;
 /// Positions beside the one fitted that help to choose among the starts.
 const OTHER_POSITIONS: usize = 4;
 /// Points that the starts are tried with at the most.
-const POOLED_POINTS: usize = 500;
+const POOLED_POINTS: usize = 300;
 
 /// A profiler's profile with the regions of the side that it sees.
 pub(super) struct Fitter<'a> {
@@ -42,6 +46,15 @@ pub(super) struct Fitter<'a> {
 pub(super) struct Regions {
     line: (usize, Vec<Vector2<f64>>),
     arc: (usize, Vec<Vector2<f64>>),
+}
+
+/// Turns (degrees) and shifts (metres) that the coarse fit starts from beside the nominal mounting.
+fn starts() -> impl Iterator<Item = (f64, Vector2<f64>)> {
+    let turned = START_TURNS_DEG.map(|turn_deg| (turn_deg, Vector2::zeros()));
+    let (x, z) = (Vector2::x() * START_SHIFT_M, Vector2::y() * START_SHIFT_M);
+    let shifts = [x, -x, z, -z];
+    let shifted = [0.0, -15.0, 15.0].map(|turn_deg| shifts.map(|shift_m| (turn_deg, shift_m)));
+    turned.into_iter().chain(shifted.into_iter().flatten())
 }
 
 /// One of a position's angles, radians.
@@ -124,16 +137,16 @@ impl Fitter<'_> {
             roll_rad: 0.0,
             shift_m: Vector2::zeros(),
         };
-        let tried = START_TURNS_DEG.map(|turn_deg| {
-            let start = still.then(turn_deg.to_radians(), &middle, &middle);
+        let tried = |(turn_deg, shift_m): (f64, Vector2<f64>)| {
+            let start = still.then(f64::to_radians(turn_deg), &middle, &(middle + shift_m));
             let found = icp::fit(self.cloud, &pooled, start, self.config.max_steps);
             (self.on_the_rail(&pooled, &found), found)
+        };
+        let nominal = tried((0.0, Vector2::zeros()));
+        let best = starts().map(tried).fold(nominal, |best, one| {
+            let clearly = one.0 > best.0 + best.0 / CLEARLY;
+            if clearly { one } else { best }
         });
-        // the first of equally good ones: the nominal mounting itself
-        let best = tried.iter().fold(
-            &tried[0],
-            |best, one| if one.0 > best.0 { one } else { best },
-        );
         let nominal = self.nominal_transform(position);
         Rigid {
             roll_rad: nominal.roll_rad + best.1.roll_rad,
