@@ -113,8 +113,16 @@ macro_rules! with_quads {
                 const $q: usize = 6;
                 $body
             }
-            _ => {
+            7 => {
                 const $q: usize = 7;
+                $body
+            }
+            8 => {
+                const $q: usize = 8;
+                $body
+            }
+            _ => {
+                const $q: usize = 9;
                 $body
             }
         }

@@ -11,7 +11,7 @@ use super::chain::{ChainState, VISIBLE};
 use super::parameters::ParameterSet;
 
 /// Largest number of parameter columns of one condition; one with more is refused by name ([`super::AdjustError::TooManyColumns`]).
-pub const MAX_COLUMNS: usize = 24;
+pub const MAX_COLUMNS: usize = 32;
 
 /// How a condition sees the chain: `weight0 y_k + weight1 y_(k+1)` at interval `k`, through its derivatives by `y`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -115,6 +115,11 @@ pub trait Conditions: Sync {
     /// Observation group of condition `k`, for variance components and group figures.
     fn group(&self, _k: usize) -> u16 {
         0
+    }
+
+    /// Cell of condition `k` for the tests of parts (a sensor's observations of one face in one pass); the group unless told otherwise.
+    fn cell(&self, k: usize) -> u16 {
+        self.group(k)
     }
 
     /// Chain interval that condition `k` sees, or `None` for a whole set that sees none. Must not decrease with `k`.

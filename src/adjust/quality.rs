@@ -82,6 +82,8 @@ pub struct Quality {
     pub family: ConditionTest,
     /// Sums per observation group, in order of the group numbers.
     pub groups: Vec<GroupQuality>,
+    /// The same sums per cell ([`super::Conditions::cell`]).
+    pub cells: Vec<GroupQuality>,
     /// Conditions with the largest normalised residuals, worst first.
     pub worst: Vec<ConditionQuality>,
     /// Per column sought: largest effect of an undetected bias of one condition, per unit of non-centrality (times a test's
@@ -108,6 +110,7 @@ pub fn assess(
         single: condition_test(options.condition_alpha, options.power)?,
         family: condition_test(one_of_family, options.power)?,
         groups: survey.groups,
+        cells: survey.cells,
         worst: survey.worst,
         effects: survey.effects,
         correlation: correlation(&solution.cofactor),

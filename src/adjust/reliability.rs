@@ -92,6 +92,7 @@ pub struct Effect {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Survey {
     pub groups: Vec<GroupQuality>,
+    pub cells: Vec<GroupQuality>,
     pub worst: Vec<ConditionQuality>,
     /// Of the columns sought.
     pub effects: Vec<Effect>,
@@ -103,24 +104,25 @@ impl Survey {
     fn new(sought: usize) -> Self {
         Survey {
             groups: vec![],
+            cells: vec![],
             worst: vec![],
             effects: vec![Effect::default(); sought],
             floor: 0.0,
         }
     }
 
-    fn count(&mut self, one: &ConditionQuality, effects: &[f64], kernel: Kernel) {
-        let group = usize::from(one.group);
-        while self.groups.len() <= group {
-            self.groups.push(empty_group(self.groups.len()));
-        }
-        let sums = &mut self.groups[group];
-        sums.conditions += 1;
-        sums.redundancy += one.redundancy;
+    fn count(&mut self, one: &ConditionQuality, cell: u16, effects: &[f64], kernel: Kernel) {
         let r = one.residual / one.sigma;
-        sums.omega += kernel.weight(r) * r * r;
-        sums.largest_normalised = sums.largest_normalised.max(one.normalised.abs());
-        sums.smallest_redundancy = sums.smallest_redundancy.min(one.redundancy);
+        let alone = GroupQuality {
+            group: one.group,
+            conditions: 1,
+            redundancy: one.redundancy,
+            omega: kernel.weight(r) * r * r,
+            largest_normalised: one.normalised.abs(),
+            smallest_redundancy: one.redundancy,
+        };
+        add_group(numbered(&mut self.groups, usize::from(one.group)), &alone);
+        add_group(numbered(&mut self.cells, usize::from(cell)), &alone);
         for (largest, effect) in self.effects.iter_mut().zip(effects) {
             if effect.abs() > largest.size {
                 *largest = Effect {
@@ -153,12 +155,8 @@ impl Survey {
     }
 
     fn merge(&mut self, other: Survey, keep: usize) {
-        for (i, group) in other.groups.iter().enumerate() {
-            if i == self.groups.len() {
-                self.groups.push(empty_group(i));
-            }
-            add_group(&mut self.groups[i], group);
-        }
+        merge_groups(&mut self.groups, &other.groups);
+        merge_groups(&mut self.cells, &other.cells);
         self.worst.extend(other.worst);
         self.cut(keep);
         for (mine, theirs) in self.effects.iter_mut().zip(other.effects) {
@@ -180,6 +178,20 @@ fn empty_group(group: usize) -> GroupQuality {
         group: group as u16,
         smallest_redundancy: 1.0,
         ..GroupQuality::default()
+    }
+}
+
+/// The sums of this number, with empty ones before it where there are none yet.
+fn numbered(groups: &mut Vec<GroupQuality>, number: usize) -> &mut GroupQuality {
+    while groups.len() <= number {
+        groups.push(empty_group(groups.len()));
+    }
+    &mut groups[number]
+}
+
+fn merge_groups(groups: &mut Vec<GroupQuality>, others: &[GroupQuality]) {
+    for (i, other) in others.iter().enumerate() {
+        add_group(numbered(groups, i), other);
     }
 }
 
@@ -228,7 +240,7 @@ pub(super) fn survey(
         }
     }
     sum.cut(keep);
-    for group in &mut sum.groups {
+    for group in sum.groups.iter_mut().chain(&mut sum.cells) {
         group.omega /= group.kept(solution.kernel);
     }
     Ok(sum)
@@ -280,7 +292,9 @@ impl Judge<'_> {
             let variance = self.predict(weighted.row, window, &mut effects);
             let one = self.figures(set, weighted, variance);
             scale_to_undetected_bias(&mut effects, &one, weighted);
-            sum.count(&one, &effects, self.kernel);
+            let conditions = self.pass.problem.sources[set].conditions;
+            let cell = conditions.cell(one.condition);
+            sum.count(&one, cell, &effects, self.kernel);
             sum.rank(one, &effects, self.keep);
         })?;
         sum.cut(self.keep);

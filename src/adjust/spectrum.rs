@@ -3,7 +3,7 @@
 //! Columns are scaled to unit length and the system is rotated to its singular axes: `min |Sigma V^T y + c|^2`, `y = scale x`.
 //! Damped steps, covariance, rank and weak directions are then one-liners.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::error::AdjustError;
 
@@ -60,6 +60,16 @@ impl Reduced {
         match self {
             Reduced::Root { factor, .. } => factor.tr_mul(factor),
             Reduced::Normal { matrix, .. } => matrix.clone(),
+        }
+    }
+
+    /// Gradient of the cost by the free columns, states eliminated.
+    pub(super) fn gradient(&self) -> DVector<f64> {
+        match self {
+            Reduced::Root { factor, residuals } => {
+                factor.tr_mul(&DVector::from_column_slice(residuals))
+            }
+            Reduced::Normal { gradient, .. } => DVector::from_column_slice(gradient),
         }
     }
 

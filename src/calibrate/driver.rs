@@ -12,8 +12,9 @@
 
 use crate::adjust::{
     AdjustError, Estimate, Limits, Observability, Options, ParameterSet, Problem, Quality,
-    QualityOptions, Solution, observability, snoop, solve,
+    QualityOptions, Snooped, Solution, observability, snoop, solve,
 };
+use crate::calibrate::verdict::Doubted;
 
 /// A variance factor above this is absurd: the residuals are three times what was claimed.
 pub const ABSURD_VARIANCE_FACTOR: f64 = 9.0;
@@ -48,6 +49,21 @@ pub trait Model {
 
     /// Looks at an adjustment: ties again under it, or says that the ties are at rest.
     fn next(&mut self, pass: &Pass<'_, Self::Ties>) -> Next<Self::Ties>;
+
+    /// What speaks against the last adjustment, asked once and only of one that ended well. The problem leaves out what data snooping
+    /// removed; the ties are those that it was built from, removed ones included.
+    ///
+    /// # Errors
+    /// [`AdjustError`] from a pass over the conditions.
+    fn judge(
+        &self,
+        ties: &Self::Ties,
+        problem: &Problem,
+        found: &Snooped,
+    ) -> Result<Doubted, AdjustError> {
+        let _ = (ties, problem, found);
+        Ok(Doubted::default())
+    }
 
     /// Where the last adjustment starts: at the solution, unless the model says otherwise.
     fn last_start(&self, solution: &Solution) -> Estimate {
@@ -121,6 +137,8 @@ pub struct Judged {
     pub quality: Quality,
     /// What the data determine.
     pub observability: Observability,
+    /// What speaks against it, by the model's own doubts.
+    pub doubted: Doubted,
     /// Conditions that data snooping removed.
     pub removed: usize,
     /// Of every set of conditions, which of them it switched off; empty where it removed none.
@@ -176,6 +194,7 @@ fn judged<M: Model>(
         snoop(problem, start, options, tests, most)
     })?;
     let judged = Judged {
+        doubted: doubted(model, &ties, &found)?,
         observability: observability(&found.solution, &schedule.limits),
         quality: found.quality,
         removed: found.removed.len(),
@@ -186,6 +205,21 @@ fn judged<M: Model>(
         ties,
         stable,
         judged: Some(judged),
+    })
+}
+
+/// What the model finds against the last adjustment.
+fn doubted<M: Model>(model: &M, ties: &M::Ties, found: &Snooped) -> Result<Doubted, AdjustError> {
+    if !found.solution.status.was_successful() {
+        return Ok(Doubted::default());
+    }
+    let at = &found.solution.estimate.parameters;
+    model.with_problem(ties, at, |problem| {
+        let mut kept = problem.clone();
+        for (source, mask) in kept.sources.iter_mut().zip(&found.ignored) {
+            source.ignored = Some(mask);
+        }
+        model.judge(ties, &kept, found)
     })
 }
 

@@ -10,3 +10,4 @@ pub mod solution;
 pub mod tried;
 pub mod truth;
 pub mod vary;
+pub mod verdict;

@@ -33,7 +33,7 @@ const ALONG: Limits = Limits {
 const RANGE: Limits = Limits {
     min: f64::MIN_POSITIVE,
     max: 20_000.0,
-    expected: "a range above 0 m and up to 20000 m",
+    expected: "a range above 0 m and up to 20000 m (is it in millimetres?)",
 };
 /// The two-way time over 20 km of slow water.
 const TRAVEL_TIME: Limits = Limits {

@@ -68,6 +68,13 @@ pub fn explain_shift(trajectory: &Span, sensor: &Span) -> Option<String> {
             "whole days: seconds of the week, of the day, or of another epoch (UTC, GPS)",
         ),
     ];
+    let thousandth = Span {
+        first_s: sensor.first_s / 1e3,
+        last_s: sensor.last_s / 1e3,
+    };
+    if trajectory.overlaps(&thousandth) && !trajectory.overlaps(sensor) {
+        return Some("taken as milliseconds they would lie inside: give seconds".to_owned());
+    }
     for (shift_s, what) in candidates {
         for leap_s in [0.0, LEAP_S, -LEAP_S] {
             let total_s = shift_s + leap_s;
@@ -129,6 +136,38 @@ pub fn without_position(
     lost
 }
 
+/// A clock beside the trajectory's puts at most this much of a recording off its end, seconds.
+const OFF_S: f64 = 2.0;
+
+/// The clock that would explain observations without position: all of them lie shortly after a stretch of the trajectory, or all
+/// shortly before one.
+fn shifted(trajectory_s: &[f64], time_s: &[f64], lost: &[(usize, Lost)]) -> Option<String> {
+    let most = |by: &dyn Fn(usize) -> f64| {
+        let all = lost.iter().map(|(k, _)| by(*k));
+        all.fold(0.0, f64::max)
+    };
+    let next = |k: usize| trajectory_s.partition_point(|record| *record <= time_s[k]);
+    let after = |k: usize| match next(k) {
+        0 => f64::INFINITY,
+        n => time_s[k] - trajectory_s[n - 1],
+    };
+    let before = |k: usize| {
+        let record = trajectory_s.get(next(k));
+        record.map_or(f64::INFINITY, |record| record - time_s[k])
+    };
+    let (late_s, early_s) = (most(&after), most(&before));
+    let (off_s, word, end) = match (late_s < OFF_S, early_s < OFF_S) {
+        (true, false) => (late_s, "late", "after the end"),
+        (false, true) => (early_s, "early", "before the begin"),
+        _ => return None,
+    };
+    Some(format!(
+        "all {} lie up to {off_s:.3} s {end} of a stretch of the trajectory: the sensor's stamps look about {off_s:.3} s {word} \
+         (time_offset_s, latency); dropping them would hide it",
+        lost.len()
+    ))
+}
+
 /// What becomes of observations without position.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
@@ -173,13 +212,15 @@ pub fn judge(trajectory_s: &[f64], max_gap_s: f64, outside: Outside, time_s: &[f
                     )
                 }
             };
+            let clock =
+                shifted(trajectory_s, time_s, &lost).map_or(String::new(), |w| format!("; {w}"));
             let others = match lost.len() {
                 1 => String::new(),
                 n => format!(", and {} more without a position", n - 1),
             };
             Verdict::Refuse {
                 found: format!(
-                    "observation {} at {:.6} s {place}{others}",
+                    "observation {} at {:.6} s {place}{others}{clock}",
                     k + 1,
                     time_s[*k]
                 ),

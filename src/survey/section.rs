@@ -7,7 +7,7 @@
 /// effect.
 ///
 /// What comes of it: the struct with serde both ways (unknown keys refused), `KEYS` for the reader's check, the template and the page of
-/// keys. With `#[settings]` before the struct, where every key has a default, also [`Default`].
+/// keys. A last entry `aside` is a field that no file has: another section of the file fills it. With `#[settings]` before the struct, where every key has a default, also [`Default`].
 macro_rules! section {
     (
         #[settings]
@@ -25,6 +25,7 @@ macro_rules! section {
                 $(#[serde($($serde:tt)*)])?
                 $field:ident: $type:ty = $rule:ident $(($default:expr))?, $kind:expr;
             )*
+            $(aside $(#[doc = $about:literal])+ $aside:ident: $of:ty = $start:expr;)?
         }
     ) => {
         $(#[$meta])*
@@ -35,6 +36,11 @@ macro_rules! section {
                 $(#[serde($($serde)*)])?
                 pub $field: $type,
             )*
+            $(
+                $(#[doc = $about])+
+                #[serde(skip)]
+                pub $aside: $of,
+            )?
         }
 
         impl $name {
@@ -62,6 +68,7 @@ macro_rules! section {
                     $($field: $crate::survey::section::section!(
                         @value given.$field, stringify!($field), $rule $(($default))?
                     ),)*
+                    $($aside: $start,)?
                 })
             }
         }
@@ -72,10 +79,11 @@ macro_rules! section {
             $(#[serde($($serde:tt)*)])?
             $field:ident: $type:ty = or ($default:expr), $kind:expr;
         )*
+        $(aside $(#[doc = $about:literal])+ $aside:ident: $of:ty = $start:expr;)?
     }) => {
         impl Default for $name {
             fn default() -> Self {
-                Self { $($field: $default,)* }
+                Self { $($field: $default,)* $($aside: $start,)? }
             }
         }
     };

@@ -148,7 +148,7 @@ const CASES: &[Case] = &[
     ("infinite time", "csv", |f| set(f, "multibeam.csv", 0, 0, "inf"),
         &["multibeam.csv: line 2, column time_s: found \"inf\", expected a finite number"]),
     ("no number", "csv", |f| set(f, "multibeam.csv", 3, 5, "3.4m"),
-        &["multibeam.csv: line 5, column range_m: found \"3.4m\", expected a range above 0 m and up to 20000 m"]),
+        &["multibeam.csv: line 5, column range_m: found \"3.4m\", expected a range above 0 m and up to 20000 m (is it in millimetres?)"]),
     ("no whole number", "csv", |f| set(f, "multibeam.csv", 3, 2, "1.5"),
         &["multibeam.csv: line 5, column beam: found \"1.5\", expected a whole number"]),
     ("range of zero", "csv", |f| set(f, "multibeam.csv", 3, 5, "0.0"),

@@ -215,6 +215,7 @@ fn derivatives_of_the_soundings() {
     let model = chain(&scene);
     let epochs: Vec<u32> = (0..scene.trajectory.len() as u32).collect();
     let conditions = SoundingConditions {
+        cells: None,
         scene: &scene,
         ties: &ties.ties,
         planes: &all.planes,
@@ -252,6 +253,7 @@ fn derivatives_of_the_returns() {
     let model = chain(&scene);
     let epochs: Vec<u32> = (0..scene.trajectory.len() as u32).collect();
     let conditions = ReturnConditions {
+        cells: None,
         scene: &scene,
         ties: &ties.ties,
         planes: &all.planes,

@@ -50,3 +50,7 @@ mod usbl;
 mod usbl_cli;
 mod usbl_real;
 mod week;
+#[cfg(feature = "cli")]
+mod seabed;
+#[cfg(feature = "cli")]
+mod verdict;

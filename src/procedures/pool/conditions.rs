@@ -4,13 +4,15 @@
 
 use std::ops::Range;
 
-use nalgebra::{Matrix3x2, Vector3};
+use nalgebra::{Matrix3, Matrix3x2, Vector3};
 
+use super::doubts::Passes;
+use super::judge::Cells;
 use super::scene::Scene;
 use super::ties::{Tie, TrajectoryVariance, return_gain, sounding_variance};
 use crate::adjust::{BlockId, ChainRow, ChainState, Conditions, ParameterSet, Row, tangent_basis};
 use crate::georef::{Beam, BeamPartials};
-use crate::observe::{Mounting, PoseSample};
+use crate::observe::{Mounting, PoseSample, Trajectory};
 
 /// Where the unknown plane of a face lives in the parameters.
 #[derive(Clone, Copy, Debug)]
@@ -155,21 +157,15 @@ impl TrajectoryErrors<'_> {
     }
 
     /// Completes a row: derivatives by the chain, or variance.
-    fn finish(
-        &self,
-        pose: &PoseSample,
-        interval: Option<u32>,
-        normal: &Vector3<f64>,
-        attitude: &Vector3<f64>,
-        row: &mut Row,
-    ) {
-        match (self, interval) {
+    fn finish(&self, sight: &Sight, weight_before: f64, row: &mut Row) {
+        let (normal, attitude) = (&sight.normal, &sight.attitude);
+        match (self, sight.interval) {
             (Self::Variance(variance), _) => row.variance += variance.along(attitude),
             (Self::States(_), Some(interval)) => {
                 row.chain = Some(ChainRow {
                     interval,
-                    weight0: pose.weight_before,
-                    weight1: 1.0 - pose.weight_before,
+                    weight0: weight_before,
+                    weight1: 1.0 - weight_before,
                     visible: [
                         normal.x, normal.y, normal.z, attitude.x, attitude.y, attitude.z,
                     ],
@@ -181,11 +177,41 @@ impl TrajectoryErrors<'_> {
 }
 
 /// How the body moves in the target frame.
-struct Motion {
+pub(super) struct Motion {
     /// Metres per second.
-    velocity: Vector3<f64>,
+    pub(super) velocity: Vector3<f64>,
     /// Radians per second.
-    rate: Vector3<f64>,
+    pub(super) rate: Vector3<f64>,
+}
+
+/// Velocity and angular rate of the body in the target frame: over a quarter and half a second, so that the record noise stays
+/// out, and extrapolated to none (Richardson), so that the body's waves are not flattened.
+pub(super) fn motion(trajectory: &Trajectory, time_s: f64) -> Option<Motion> {
+    let (near, far) = (
+        moved(trajectory, time_s, 0.125)?,
+        moved(trajectory, time_s, 0.25)?,
+    );
+    let to_none = |near: Vector3<f64>, far: Vector3<f64>| (near * 4.0 - far) / 3.0;
+    Some(Motion {
+        velocity: to_none(near.velocity, far.velocity),
+        rate: to_none(near.rate, far.rate),
+    })
+}
+
+/// Mean velocity and rate between `half_s` before and after; from the moment itself where the trajectory begins or ends.
+fn moved(trajectory: &Trajectory, time_s: f64, half_s: f64) -> Option<Motion> {
+    let at = |shift_s: f64| {
+        let pose = trajectory.pose_at(time_s + shift_s);
+        pose.map(|pose| (shift_s, pose))
+    };
+    let (begin_s, before) = at(-half_s).or_else(|_| at(0.0)).ok()?;
+    let (end_s, after) = at(half_s).or_else(|_| at(0.0)).ok()?;
+    let span_s = end_s - begin_s;
+    let turn = crate::geometry::rotation::log(&(after.rotation * before.rotation.transpose()));
+    (span_s > 0.0).then(|| Motion {
+        velocity: (after.position_m - before.position_m) / span_s,
+        rate: turn / span_s,
+    })
 }
 
 /// Conditions of the soundings.
@@ -209,6 +235,8 @@ pub struct SoundingConditions<'a> {
     pub trajectory: TrajectoryErrors<'a>,
     /// Observation group.
     pub group: u16,
+    /// Cells of the tests of parts, and the passes they count.
+    pub cells: Option<(Cells, &'a Passes)>,
 }
 
 impl SoundingConditions<'_> {
@@ -216,43 +244,14 @@ impl SoundingConditions<'_> {
         self.latency.map_or(0.0, |id| x.euclidean(id)[0])
     }
 
-    /// Velocity and angular rate of the body in the target frame: over a quarter and half a second, so that the record noise stays
-    /// out, and extrapolated to none (Richardson), so that the body's waves are not flattened.
-    fn motion(&self, time_s: f64) -> Option<Motion> {
-        let (near, far) = (self.moved(time_s, 0.125)?, self.moved(time_s, 0.25)?);
-        let to_none = |near: Vector3<f64>, far: Vector3<f64>| (near * 4.0 - far) / 3.0;
-        Some(Motion {
-            velocity: to_none(near.velocity, far.velocity),
-            rate: to_none(near.rate, far.rate),
-        })
-    }
-
-    /// Mean velocity and rate between `half_s` before and after; from the moment itself where the trajectory begins or ends.
-    fn moved(&self, time_s: f64, half_s: f64) -> Option<Motion> {
-        let trajectory = &self.scene.trajectory;
-        let at = |shift_s: f64| {
-            let pose = trajectory.pose_at(time_s + shift_s);
-            pose.map(|pose| (shift_s, pose))
-        };
-        let (begin_s, before) = at(-half_s).or_else(|_| at(0.0)).ok()?;
-        let (end_s, after) = at(half_s).or_else(|_| at(0.0)).ok()?;
-        let span_s = end_s - begin_s;
-        let turn = crate::geometry::rotation::log(&(after.rotation * before.rotation.transpose()));
-        (span_s > 0.0).then(|| Motion {
-            velocity: (after.position_m - before.position_m) / span_s,
-            rate: turn / span_s,
-        })
-    }
-
-    fn fill(
+    /// What one condition sees at these parameters.
+    fn sight(
         &self,
         tie: Tie,
         (mounting, planes): (&Mounting, &mut Planes),
         chain: Option<&ChainState>,
-        row: &mut Row,
-    ) -> Option<()> {
-        let x = planes.x;
-        let plane = planes.of(tie.face)?;
+    ) -> Option<SoundingSight> {
+        let (plane, x) = (planes.of(tie.face)?, planes.x);
         let latency_s = self.latency_s(x);
         let pose = self.scene.sounding_pose(tie.row as usize, latency_s)?;
         let seen = if latency_s == self.latency_at_start_s {
@@ -266,57 +265,159 @@ impl SoundingConditions<'_> {
         let mut beam = self.scene.beam(tie.row as usize, &pose, mounting)?;
         beam.range_m *= 1.0 + scale;
         let moment = self.trajectory.moment(&seen, interval, chain);
-        let position_m = pose.position_m + (moment.position_m - seen.position_m);
-        let normal = plane.normal + plane.normal.cross(&moment.attitude_error);
-        let in_body = pose.rotation.tr_mul(&normal);
-        let in_sensor = mounting.rotation.tr_mul(&in_body);
-        let base =
-            plane.normal.dot(&position_m) + in_body.dot(&mounting.lever_arm_m) - plane.distance_m;
-        let adjusted = adjust_beam(
-            &beam,
-            &self.scene.campaign.soundings.noise,
-            &in_sensor,
-            base,
-        );
-        row.misclosure = adjusted.misclosure;
-        row.variance = adjusted.variance;
+        let moment = Moment {
+            position_m: pose.position_m + (moment.position_m - seen.position_m),
+            ..moment
+        };
+        let mut sight = Sight::new(&plane, &pose, moment, interval);
+        let in_sensor = mounting.rotation.tr_mul(&sight.in_body);
+        let base_m = sight.base_m(&plane, mounting);
+        let noise = &self.scene.campaign.soundings.noise;
+        let adjusted = adjust_beam(&beam, noise, &in_sensor, base_m);
+        sight.reach(mounting, &adjusted.partials.vector_m);
+        Some(SoundingSight {
+            by_range: in_sensor.dot(&adjusted.partials.vector_m) / (1.0 + scale),
+            stamp_s: self.scene.campaign.soundings.time_s[tie.row as usize] - latency_s,
+            weight_before: seen.weight_before,
+            sight,
+            plane,
+            in_sensor,
+            adjusted,
+        })
+    }
 
-        let turned = mounting.rotation * adjusted.partials.vector_m;
-        let arm = pose.rotation * (turned + mounting.lever_arm_m);
-        let point_m = position_m + arm + moment.attitude_error.cross(&arm);
-        row.extend(
-            x.offset(self.mounting.rotation),
-            turned.cross(&in_body).as_slice(),
-        );
-        row.extend(x.offset(self.mounting.lever_arm), in_body.as_slice());
-        plane.derive(&point_m, row);
-        let attitude = arm.cross(&normal);
+    fn fill(
+        &self,
+        tie: Tie,
+        (mounting, planes): (&Mounting, &mut Planes),
+        chain: Option<&ChainState>,
+        row: &mut Row,
+    ) -> Option<()> {
+        let x = planes.x;
+        let seen = self.sight(tie, (mounting, planes), chain)?;
+        let sight = &seen.sight;
+        row.misclosure = seen.adjusted.misclosure;
+        row.variance = seen.adjusted.variance;
+        row.extend(x.offset(self.mounting.rotation), sight.by_turn().as_slice());
+        row.extend(x.offset(self.mounting.lever_arm), sight.in_body.as_slice());
+        seen.plane.derive(&sight.point_m, row);
         if let Some(id) = self.latency {
-            let motion =
-                self.motion(self.scene.campaign.soundings.time_s[tie.row as usize] - latency_s)?;
-            row.push(
-                x.offset(id),
-                -(plane.normal.dot(&motion.velocity) + attitude.dot(&motion.rate)),
-            );
+            let motion = motion(&self.scene.trajectory, seen.stamp_s)?;
+            row.push(x.offset(id), sight.by_delay(&motion));
         }
         if let Some(id) = self.range_scale {
             // by the adjusted range: the measured one errs together with the misclosure
-            row.push(
-                x.offset(id),
-                in_sensor.dot(&adjusted.partials.vector_m) / (1.0 + scale),
-            );
+            row.push(x.offset(id), seen.by_range);
         }
-        self.trajectory
-            .finish(&seen, interval, &plane.normal, &attitude, row);
+        self.trajectory.finish(sight, seen.weight_before, row);
         Some(())
+    }
+
+    /// What condition `k` sees at these parameters, for columns that the model has not.
+    pub(super) fn seen(
+        &self,
+        k: usize,
+        x: &ParameterSet,
+        chain: Option<&ChainState>,
+    ) -> Option<SoundingSight> {
+        let mut planes = Planes::new(self.planes, x);
+        self.sight(self.ties[k], (&self.mounting.at(x), &mut planes), chain)
     }
 }
 
-/// A beam at its adjusted observations.
-struct AdjustedBeam {
+/// The line from the body to a face's plane as one condition sees it, with the estimated errors of the trajectory applied.
+pub(super) struct Sight {
+    /// Orientation of the body as recorded.
+    pub(super) rotation: Matrix3<f64>,
+    moment: Moment,
+    interval: Option<u32>,
+    /// Normal of the plane, in the target frame.
+    pub(super) normal: Vector3<f64>,
+    /// The same in the body.
+    pub(super) in_body: Vector3<f64>,
+    /// `R_m u` at the adjusted observation, in the body.
+    pub(super) turned: Vector3<f64>,
+    /// Derivative by a turn of the body in the target frame.
+    pub(super) attitude: Vector3<f64>,
+    point_m: Vector3<f64>,
+}
+
+impl Sight {
+    /// The direction of the plane; how far the sensor reaches is yet to come.
+    fn new(plane: &Plane, pose: &PoseSample, moment: Moment, interval: Option<u32>) -> Self {
+        let erring = plane.normal + plane.normal.cross(&moment.attitude_error);
+        Self {
+            rotation: pose.rotation,
+            moment,
+            interval,
+            normal: plane.normal,
+            in_body: pose.rotation.tr_mul(&erring),
+            turned: Vector3::zeros(),
+            attitude: Vector3::zeros(),
+            point_m: Vector3::zeros(),
+        }
+    }
+
+    /// Distance of the sensor's centre from the plane, metres.
+    fn base_m(&self, plane: &Plane, mounting: &Mounting) -> f64 {
+        plane.normal.dot(&self.moment.position_m) + self.in_body.dot(&mounting.lever_arm_m)
+            - plane.distance_m
+    }
+
+    /// Places the adjusted observation, in the sensor's frame.
+    fn reach(&mut self, mounting: &Mounting, u_m: &Vector3<f64>) {
+        self.turned = mounting.rotation * u_m;
+        let arm = self.rotation * (self.turned + mounting.lever_arm_m);
+        let error = &self.moment.attitude_error;
+        self.point_m = self.moment.position_m + arm + error.cross(&arm);
+        self.attitude = arm.cross(&(self.normal + self.normal.cross(error)));
+    }
+
+    /// Derivative by a turn of the mounting in the body.
+    pub(super) fn by_turn(&self) -> Vector3<f64> {
+        self.turned.cross(&self.in_body)
+    }
+
+    /// Derivative by the delay of the stamps, metres per second.
+    pub(super) fn by_delay(&self, motion: &Motion) -> f64 {
+        -(self.normal.dot(&motion.velocity) + self.attitude.dot(&motion.rate))
+    }
+}
+
+/// A sounding's condition.
+pub(super) struct SoundingSight {
+    pub(super) sight: Sight,
+    plane: Plane,
+    /// Normal of the plane in the sensor's frame.
+    pub(super) in_sensor: Vector3<f64>,
+    pub(super) adjusted: AdjustedBeam,
+    /// Derivative by the scale of the range.
+    pub(super) by_range: f64,
+    /// When it was, seconds.
+    pub(super) stamp_s: f64,
+    weight_before: f64,
+}
+
+/// A laser return's condition.
+pub(super) struct ReturnSight {
+    pub(super) sight: Sight,
+    plane: Plane,
     misclosure: f64,
     variance: f64,
-    partials: BeamPartials,
+    /// Derivative by the range.
+    pub(super) by_range: f64,
+    /// When it was, seconds.
+    pub(super) stamp_s: f64,
+    weight_before: f64,
+}
+
+/// A beam at its adjusted observations.
+pub(super) struct AdjustedBeam {
+    misclosure: f64,
+    variance: f64,
+    pub(super) partials: BeamPartials,
+    /// Change of range (metres), across and along angle (radians) that brought it onto the plane.
+    pub(super) correction: Vector3<f64>,
 }
 
 /// Moves range and angles onto the plane `base + in_sensor . u = 0` by least squares and linearises there:
@@ -337,8 +438,9 @@ fn adjust_beam(
     let mut gain = partials.jacobian.tr_mul(in_sensor);
     let mut variance = sounding_variance(noise, &gain);
     let mut misclosure = base + in_sensor.dot(&partials.vector_m);
+    let mut correction = Vector3::zeros();
     for _ in 0..2 {
-        let correction = weights.component_mul(&gain) * (-misclosure / variance);
+        correction = weights.component_mul(&gain) * (-misclosure / variance);
         partials = beam.moved(&correction).partials();
         gain = partials.jacobian.tr_mul(in_sensor);
         variance = sounding_variance(noise, &gain);
@@ -348,6 +450,7 @@ fn adjust_beam(
         misclosure,
         variance,
         partials,
+        correction,
     }
 }
 
@@ -358,6 +461,14 @@ impl Conditions for SoundingConditions<'_> {
 
     fn group(&self, _k: usize) -> u16 {
         self.group
+    }
+
+    fn cell(&self, k: usize) -> u16 {
+        let tie = self.ties[k];
+        let time_s = self.scene.campaign.soundings.time_s[tie.row as usize];
+        self.cells.map_or(self.group, |(cells, passes)| {
+            cells.number(self.group, passes.at(time_s), tie.face)
+        })
     }
 
     fn interval(&self, k: usize) -> Option<u32> {
@@ -407,6 +518,8 @@ pub struct ReturnConditions<'a> {
     pub trajectory: TrajectoryErrors<'a>,
     /// Observation group.
     pub group: u16,
+    /// Cells of the tests of parts, and the passes they count.
+    pub cells: Option<(Cells, &'a Passes)>,
 }
 
 impl ReturnConditions<'_> {
@@ -428,31 +541,58 @@ impl ReturnConditions<'_> {
             self.fill_fixed(&point, &plane, row);
             return Some(());
         }
+        let seen = self.sight(tie, (mounting, planes), chain)?;
+        let sight = &seen.sight;
+        (row.misclosure, row.variance) = (seen.misclosure, seen.variance);
+        seen.plane.derive(&sight.point_m, row);
+        if let Some(blocks) = self.scanner {
+            row.extend(x.offset(blocks.rotation), sight.by_turn().as_slice());
+            row.extend(x.offset(blocks.lever_arm), sight.in_body.as_slice());
+        }
+        self.trajectory.finish(sight, seen.weight_before, row);
+        Some(())
+    }
+
+    /// What one condition sees at these parameters, of a return in the scanner's frame.
+    fn sight(
+        &self,
+        tie: Tie,
+        (mounting, planes): (&Mounting, &mut Planes),
+        chain: Option<&ChainState>,
+    ) -> Option<ReturnSight> {
+        let plane = planes.of(tie.face)?;
         let scan = &self.scene.campaign.laser;
         let pose = self.scene.return_pose(tie.row as usize)?;
         let interval = self.trajectory.interval(pose.record);
         let u = scan.point(tie.row as usize);
         let moment = self.trajectory.moment(&pose, interval, chain);
-        let normal = plane.normal + plane.normal.cross(&moment.attitude_error);
-        let in_body = pose.rotation.tr_mul(&normal);
-        let in_sensor = mounting.rotation.tr_mul(&in_body);
+        let mut sight = Sight::new(&plane, &pose, moment, interval);
+        let in_sensor = mounting.rotation.tr_mul(&sight.in_body);
         let gain = return_gain(&scan.noise, &u, &in_sensor);
-        row.variance = gain.norm_squared();
-        row.misclosure = plane.normal.dot(&moment.position_m) + in_body.dot(&mounting.lever_arm_m)
-            - plane.distance_m
-            + in_sensor.dot(&u);
-        let adjusted = u - shift_along(&scan.noise, &u, &gain) * (row.misclosure / row.variance);
-        let turned = mounting.rotation * adjusted;
-        let arm = pose.rotation * (turned + mounting.lever_arm_m);
-        let point = moment.position_m + arm + moment.attitude_error.cross(&arm);
-        plane.derive(&point, row);
-        if let Some(blocks) = self.scanner {
-            row.extend(x.offset(blocks.rotation), turned.cross(&in_body).as_slice());
-            row.extend(x.offset(blocks.lever_arm), in_body.as_slice());
-        }
-        self.trajectory
-            .finish(&pose, interval, &plane.normal, &arm.cross(&normal), row);
-        Some(())
+        let variance = gain.norm_squared();
+        let misclosure = sight.base_m(&plane, mounting) + in_sensor.dot(&u);
+        let adjusted = u - shift_along(&scan.noise, &u, &gain) * (misclosure / variance);
+        sight.reach(mounting, &adjusted);
+        Some(ReturnSight {
+            by_range: in_sensor.dot(&adjusted) / adjusted.norm().max(1e-9),
+            stamp_s: scan.time_s[tie.row as usize],
+            weight_before: pose.weight_before,
+            sight,
+            plane,
+            misclosure,
+            variance,
+        })
+    }
+
+    /// What condition `k` sees at these parameters, for columns that the model has not.
+    pub(super) fn seen(
+        &self,
+        k: usize,
+        x: &ParameterSet,
+        chain: Option<&ChainState>,
+    ) -> Option<ReturnSight> {
+        let mut planes = Planes::new(self.planes, x);
+        self.sight(self.ties[k], (&self.mounting(x), &mut planes), chain)
     }
 
     /// A return that came already georeferenced: isotropic noise, no trajectory.
@@ -482,6 +622,14 @@ impl Conditions for ReturnConditions<'_> {
 
     fn group(&self, _k: usize) -> u16 {
         self.group
+    }
+
+    fn cell(&self, k: usize) -> u16 {
+        let tie = self.ties[k];
+        let time_s = self.scene.return_time_s(tie.row as usize);
+        self.cells.map_or(self.group, |(cells, passes)| {
+            cells.number(self.group, passes.at(time_s), tie.face)
+        })
     }
 
     fn interval(&self, k: usize) -> Option<u32> {

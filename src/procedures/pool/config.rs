@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::survey::keys::{PARAMETERS, SIGMA_DEG, SIGMA_M};
 pub use crate::calibrate::choices::KernelName;
+use crate::calibrate::verdict::VerdictConfig;
 use crate::survey::limits::{ABOVE, GATE, KERNEL, WIDTH, limits};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
@@ -126,5 +127,8 @@ section! {
         variance_components: bool = or (false), Kind::Flag;
         /// Solve the simple model (planes fixed, drift off) as well, for comparison.
         simple: bool = or (false), Kind::Flag;
+        aside
+        /// Limits of the verdict: the `[verdict]` section of a survey file.
+        verdict: VerdictConfig = VerdictConfig::default();
     }
 }

@@ -18,10 +18,11 @@ use super::planes::{self, GroupPlanes};
 use super::scene::Scene;
 use super::ties::TieSet;
 use crate::adjust::{
-    AdjustError, BlockId, Estimate, Observability, ParameterSet, Problem, Quality, Solution,
-    Status, VarianceComponent,
+    AdjustError, BlockId, Estimate, Observability, ParameterSet, Problem, Quality, Snooped,
+    Solution, Status, VarianceComponent,
 };
 use crate::calibrate::driver::{self, Model, Next, Pass, Schedule};
+use crate::calibrate::verdict::Doubted;
 use crate::geometry::plane::Plane;
 use crate::matching::Patches;
 use crate::observe::Mounting;
@@ -88,6 +89,8 @@ pub struct JointOutcome {
     pub rounds: Vec<Round>,
     /// Whether the assignment became stable.
     pub stable: bool,
+    /// What speaks against the solution, and the bounds of what it could not say.
+    pub doubted: Doubted,
     /// Quality and observability; `None` when the solve did not end with an estimate.
     pub judgement: Option<Judgement>,
 }
@@ -254,6 +257,15 @@ impl Model for Path<'_> {
         then: impl FnOnce(&Problem) -> T,
     ) -> T {
         self.frame.with_problem(ties, from, then)
+    }
+
+    fn judge(
+        &self,
+        ties: &Ties,
+        problem: &Problem,
+        found: &Snooped,
+    ) -> Result<Doubted, AdjustError> {
+        self.frame.judge(ties, problem, found)
     }
 
     fn thinned(&self, round: usize, ties: &Ties) -> Option<Ties> {

@@ -12,6 +12,8 @@
 //! | [`joint`], [`conditions`] | the joint path |
 //! | [`coverage`] | what the faces' directions determine |
 //! | [`verdict`] | when there is no usable result |
+//! | `alternatives` | which discrete mistake turns a misfit into a fit |
+//! | [`judge`], [`doubts`] | what speaks against a solution |
 //! | [`influence`] | first derivatives of both paths by every observation's error |
 //! | [`summary`] | the outcome as `result.json` and as samples for pictures |
 //! | [`survey`] | survey and scenario files |
@@ -20,6 +22,7 @@
 //! | [`budget`] | its error sources: trials, propagation, swath, plan |
 //! | [`designed`] | what a pass would tell whose mounting and target are known |
 
+mod alternatives;
 pub mod apply;
 pub mod budget;
 mod check;
@@ -27,9 +30,11 @@ pub mod conditions;
 pub mod config;
 pub mod coverage;
 pub mod designed;
+pub mod doubts;
 pub mod frame;
 pub mod influence;
 pub mod joint;
+pub mod judge;
 pub mod planes;
 mod poses;
 pub mod preview;

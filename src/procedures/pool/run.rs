@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::alternatives;
 use super::config::{Drift, JointConfig, Planes, SequentialConfig};
 use super::joint::{self, JointOutcome, JointStart, Surfaces};
 use super::planes::{self, GroupPlanes};
@@ -14,6 +15,7 @@ use super::sequential::{
 use super::ties::{self, Among, Association, Tie, TieSet};
 use super::verdict::Refusal;
 pub use crate::calibrate::choices::Method;
+use crate::calibrate::verdict::Doubted;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::{Plane, PlaneFit};
 use crate::georef::{RayError, georeference};
@@ -140,7 +142,8 @@ pub fn calibrate_with<'a>(
 ) -> Result<PoolOutcome<'a>, PoolError> {
     progress("refining the target's pose from the laser points");
     let scene = Scene::prepare(input.campaign, input.target, input.prior)?;
-    calibrate_scene(input, scene, further, progress)
+    let outcome = calibrate_scene(input, scene, further, progress)?;
+    Ok(explained(input, outcome, progress))
 }
 
 /// As [`calibrate_with`], of a simulated survey of which is known what each observation struck: nothing is tied to another face. What a
@@ -206,6 +209,11 @@ fn calibrate_scene<'a>(
     let candidates = outcome
         .scene
         .soundings_near(&surfaces.sonar, &rough.mounting, CANDIDATE_M);
+    let heights_m = outcome.scene.sounding_heights_m(&rough.mounting);
+    outcome.refusal = Refusal::of_water(&outcome.scene, "soundings", heights_m, 1.0);
+    if outcome.refusal.is_some() {
+        return Ok(outcome);
+    }
     let ties = ties::tie_soundings_first(
         &outcome.scene,
         &surfaces.sonar,
@@ -238,6 +246,21 @@ fn calibrate_scene<'a>(
     Ok(outcome)
 }
 
+/// Where a survey ended without a usable result, the discrete mistake that would explain it takes the place of the reason.
+fn explained<'a>(
+    input: &PoolInput<'a>,
+    mut outcome: PoolOutcome<'a>,
+    progress: &(dyn Fn(&str) + Sync),
+) -> PoolOutcome<'a> {
+    if outcome.refusal.is_some() && outcome.scene.struck.is_none() {
+        progress("trying signs, units and axes");
+        let mistake =
+            alternatives::named(input).map(|finding| Refusal::DoesNotFit(Box::new(finding)));
+        outcome.refusal = mistake.or(outcome.refusal);
+    }
+    outcome
+}
+
 /// The rigorous joint path, the simple one where it was asked for, and why there is no rigorous one.
 fn run_joint(
     input: &PoolInput,
@@ -260,7 +283,10 @@ fn run_joint(
         drift: Drift::Off,
         ..input.joint.clone()
     };
-    let simple = joint::run(scene, start, surfaces, &simple, progress);
+    let mut simple = joint::run(scene, start, surfaces, &simple, progress);
+    if let Ok(simple) = &mut simple {
+        simple.doubted = Doubted::default();
+    }
     (Some(rigorous), simple.ok(), None)
 }
 

@@ -12,7 +12,7 @@ use crate::matching::{Movable, Patches, Registration, Sight, Water, register};
 use crate::observe::{
     Campaign, LaserCoordinates, Mounting, PoseSample, SoundingRange, Struck, Trajectory,
 };
-use crate::target::Target;
+use crate::target::{Outline, Target};
 
 /// Points that the rough registrations use at the most.
 const REGISTRATION_POINTS: usize = 2500;
@@ -211,6 +211,12 @@ impl<'a> Scene<'a> {
         kept.unwrap_or_else(|| self.trajectory.pose_at(moment()).ok())
     }
 
+    /// Time of return `j`, seconds; zero where returns came without one.
+    #[must_use]
+    pub fn return_time_s(&self, j: usize) -> f64 {
+        self.campaign.laser.time_s.get(j).copied().unwrap_or(0.0)
+    }
+
     /// Pose of the body at the time of return `j`; `None` outside the trajectory.
     #[must_use]
     pub fn return_pose(&self, j: usize) -> Option<PoseSample> {
@@ -237,6 +243,42 @@ impl<'a> Scene<'a> {
                 .is_some_and(|(p, _)| patches.near_box(&p, reach_m))
         };
         sampled(self.campaign.laser.len(), near).0
+    }
+
+    /// Heights of laser returns on the target's design faces, above the water and below, by up to 0.3 m off them; evenly chosen.
+    #[must_use]
+    pub fn return_heights_m(&self) -> Vec<f64> {
+        let point = |j: usize| self.laser_point(j).map(|(point, _)| point);
+        let step = self.campaign.laser.len().div_ceil(HEIGHTS).max(1);
+        let points = (0..self.campaign.laser.len())
+            .step_by(step)
+            .filter_map(point);
+        self.heights_on_target_m(points)
+    }
+
+    /// The same of soundings under a mounting.
+    #[must_use]
+    pub fn sounding_heights_m(&self, mounting: &Mounting) -> Vec<f64> {
+        let point = |k: usize| {
+            let pose = self.sounding_pose(k, 0.0)?;
+            let beam = self.beam(k, &pose, mounting)?;
+            Some(georeference(&pose, mounting, &beam.vector_m()))
+        };
+        let count = self.campaign.soundings.len();
+        let rows = (0..count).step_by(count.div_ceil(HEIGHTS).max(1));
+        self.heights_on_target_m(rows.filter_map(point))
+    }
+
+    fn heights_on_target_m(&self, points: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {
+        let holds = |outline: &Outline, point: &Vector3<f64>| {
+            let off_m = outline.normal.dot(&(point - outline.vertices_m[0]));
+            off_m.abs() < NEAR_FACE_M && outline.inside_m(point) > 0.0
+        };
+        let on_target = |point: &Vector3<f64>| {
+            let mut faces = self.target.faces.iter();
+            faces.any(|face| holds(&face.outline, point))
+        };
+        points.filter(on_target).map(|point| point.z).collect()
     }
 
     /// Soundings that could lie on the target if the mounting were wrong by up to `reach_m`, in order.
@@ -318,6 +360,11 @@ impl<'a> Scene<'a> {
         Some(("the across-track angle", found.score / sample.len() as f64))
     }
 }
+
+/// A point so near to a design face lies on it, metres.
+const NEAR_FACE_M: f64 = 0.3;
+/// Heights that are looked at, at the most.
+const HEIGHTS: usize = 5000;
 
 /// What a nominal mounting may be wrong by, one sigma: 5 degrees and 0.4 m.
 fn rough_sigma() -> SVector<f64, 6> {

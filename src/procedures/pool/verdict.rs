@@ -11,12 +11,18 @@ use super::scene::{RoughMounting, Scene};
 use super::ties::TieSet;
 use crate::adjust::{AdjustError, Status};
 use crate::calibrate::driver::ABSURD_VARIANCE_FACTOR;
+use crate::calibrate::verdict::{Ending, concluded};
+use crate::results::{Finding, Verdict};
 use crate::target::Role;
 
 /// Smallest share of the laser points near the target that lies on its faces.
 const LEAST_LASER_FIT: f64 = 0.25;
 /// Smallest share of the soundings near the target that lies on its faces.
 const LEAST_SONAR_FIT: f64 = 0.06;
+/// An observation so far on the wrong side of the water is not one of a wave or of noise, metres.
+const WATER_MARGIN_M: f64 = 0.2;
+/// Largest share of such observations: mirror images in calm water are fewer.
+const MOST_ON_WRONG_SIDE: f64 = 0.1;
 /// Fewest soundings of a joint adjustment.
 const LEAST_TIES: usize = 50;
 
@@ -37,6 +43,15 @@ pub enum Refusal {
     NoWall,
     /// The planes that each pass gives disagree.
     ScannerDisagrees(planes::Disagreement),
+    /// Observations on the wrong side of the stated water level.
+    WaterLevel {
+        /// Which ("laser returns").
+        what: &'static str,
+        /// Share of those near the target.
+        share: f64,
+        /// Stated height of the water level, metres, and the height that one in twenty of them lies beyond.
+        heights_m: (f64, f64),
+    },
     /// No or too few soundings on the target.
     NoSoundings {
         /// Soundings near it.
@@ -66,6 +81,8 @@ pub enum Refusal {
         /// The variance factor.
         variance_factor: f64,
     },
+    /// The model does not fit: a finding of the verdict's tests.
+    DoesNotFit(Box<Finding>),
     /// The reference path failed, and no other ran.
     Sequential {
         /// Its message.
@@ -102,6 +119,16 @@ impl fmt::Display for Refusal {
                 1e3 * d.apart_m,
                 1e3 * d.sigma_m
             ),
+            Self::WaterLevel {
+                what,
+                share,
+                heights_m: (stated_m, seen_m),
+            } => write!(
+                f,
+                "water level: {:.0} % of the {what} near the target lie on the wrong side of the stated water level of {stated_m:.2} m, \
+                 as far as {seen_m:.2} m; check [target] water_level_m",
+                100.0 * share
+            ),
             Self::NoSoundings { near, fit } => write!(
                 f,
                 "the target was not found in the soundings: {near} soundings near it, {:.1} % of them on its faces (expected at least \
@@ -128,6 +155,8 @@ impl fmt::Display for Refusal {
                  target model, or sensors that do not belong together",
                 variance_factor.sqrt()
             ),
+            Self::DoesNotFit(finding) if finding.advice.is_empty() => f.write_str(&finding.seen),
+            Self::DoesNotFit(finding) => write!(f, "{}; {}", finding.seen, finding.advice),
             Self::Sequential { message } => write!(f, "the reference path failed: {message}"),
         }
     }
@@ -144,17 +173,19 @@ impl Refusal {
 
     /// The kind of refusal as one word, for counting.
     #[must_use]
-    pub fn code(&self) -> &'static str {
+    pub fn code(&self) -> &str {
         match self {
             Self::TargetFar { .. } => "target_far",
             Self::TargetNotFound { .. } => "target_not_found",
             Self::NoWall => "no_wall",
             Self::ScannerDisagrees(_) => "scanner_disagrees",
+            Self::WaterLevel { .. } => "water_level",
             Self::NoSoundings { .. } => "no_soundings",
             Self::Mirrored { .. } => "mirrored",
             Self::Undetermined { .. } => "undetermined",
             Self::NotSolved { .. } => "not_solved",
             Self::AbsurdMisfit { .. } => "absurd_misfit",
+            Self::DoesNotFit(finding) => &finding.code,
             Self::Sequential { .. } => "sequential",
         }
     }
@@ -176,7 +207,29 @@ impl Refusal {
         if wall.is_some_and(|g| planes[g].is_none()) || planes.iter().all(Option::is_none) {
             return Some(Self::NoWall);
         }
-        planes::disagreement(scene, wide).map(Self::ScannerDisagrees)
+        Self::of_water(scene, "laser returns", scene.return_heights_m(), -1.0)
+            .or_else(|| planes::disagreement(scene, wide).map(Self::ScannerDisagrees))
+    }
+
+    /// Observations that lie on the wrong side of the stated water level; `side` is up for soundings and down for returns.
+    #[must_use]
+    pub fn of_water(
+        scene: &Scene,
+        what: &'static str,
+        heights_m: Vec<f64>,
+        side: f64,
+    ) -> Option<Self> {
+        let stated_m = scene.campaign.water_level_m;
+        let mut beyond_m: Vec<f64> = heights_m.iter().map(|z| side * (z - stated_m)).collect();
+        beyond_m.sort_by(|a, b| b.total_cmp(a));
+        let wrong = beyond_m.partition_point(|beyond| *beyond > WATER_MARGIN_M);
+        let share = wrong as f64 / beyond_m.len().max(1) as f64;
+        let far_m = beyond_m.get(beyond_m.len() / 20)?;
+        (share > MOST_ON_WRONG_SIDE).then_some(Self::WaterLevel {
+            what,
+            share,
+            heights_m: (stated_m, stated_m + side * far_m),
+        })
     }
 
     /// What the rough registration of the soundings can prove wrong.
@@ -236,10 +289,35 @@ impl Refusal {
                 });
             }
         }
+        if let Some(finding) = joint.withdrawn() {
+            return Some(Self::DoesNotFit(Box::new(finding.clone())));
+        }
         joint
             .variance_factor()
             .filter(|v| *v > ABSURD_VARIANCE_FACTOR)
             .map(|variance_factor| Self::AbsurdMisfit { variance_factor })
+    }
+}
+
+impl PoolOutcome<'_> {
+    /// The verdict: what refused the result first, then what the joint path's tests found.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let joint = self.joint.as_ref();
+        let findings = joint.map_or(&[][..], |joint| &joint.doubted.findings);
+        let ending = match &self.refusal {
+            None => Ending::Usable,
+            Some(Refusal::DoesNotFit(first)) => Ending::Withdrawn(first),
+            Some(refusal) => Ending::Refused {
+                code: refusal.code(),
+                seen: refusal.to_string(),
+                determined: !matches!(
+                    refusal,
+                    Refusal::Undetermined { .. } | Refusal::NotSolved { .. }
+                ),
+            },
+        };
+        concluded(ending, findings)
     }
 }
 

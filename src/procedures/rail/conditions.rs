@@ -150,6 +150,10 @@ impl Conditions for PointConditions<'_> {
         self.scene.campaign.points.profiler[self.ties[k].row as usize] as u16
     }
 
+    fn cell(&self, k: usize) -> u16 {
+        super::judge::cell(self.scene, &self.ties[k])
+    }
+
     fn interval(&self, k: usize) -> Option<u32> {
         Some(self.ties[k].position)
     }
@@ -206,6 +210,10 @@ impl Conditions for AttitudeConditions<'_> {
 
     fn group(&self, _k: usize) -> u16 {
         self.group
+    }
+
+    fn cell(&self, _k: usize) -> u16 {
+        (self.scene.campaign.profilers.len() * self.scene.rail.elements.len()) as u16
     }
 
     fn interval(&self, k: usize) -> Option<u32> {

@@ -3,6 +3,7 @@
 use super::survey::keys::COUNT;
 use crate::adjust::Options;
 use crate::calibrate::choices::KernelName;
+use crate::calibrate::verdict::VerdictConfig;
 use crate::survey::limits::{GATE, KERNEL, WIDTH, limits};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
@@ -42,6 +43,9 @@ section! {
         max_sigma_m: f64 = or (0.002), Kind::Number(limits(1e-9, 10.0, "metres from 1e-9 to 10"));
         /// Smallest range of table angles that tells the sign of heading and pitch, degrees.
         least_turn_deg: f64 = or (0.5), Kind::Number(limits(0.0, 90.0, "degrees from 0 to 90"));
+        aside
+        /// Limits of the verdict: the `[verdict]` section of a survey file.
+        verdict: VerdictConfig = VerdictConfig::default();
     }
 }
 

@@ -4,13 +4,15 @@ use nalgebra::DMatrix;
 
 use super::conditions::{AttitudeConditions, PointConditions, Tie, recorded};
 use super::config::RailJointConfig;
+use super::judge::Case;
 use super::model::{Blocks, Turned, chain, parameters};
 use super::scene::RailScene;
 use crate::adjust::{
     AdjustError, ChainModel, Estimate, Kernel, Limits, Observability, Options, ParameterSet,
-    Problem, Quality, QualityOptions, Solution, Source, Status,
+    Problem, Quality, QualityOptions, Snooped, Solution, Source, Status,
 };
 use crate::calibrate::driver::{self, Model, Next, Pass, Schedule, Solved};
+use crate::calibrate::verdict::Doubted;
 use crate::observe::Mounting;
 
 /// Gates of the first rounds, metres: the start knows neither heading nor pitch.
@@ -58,6 +60,8 @@ pub struct RailJoint {
     pub stable: bool,
     /// Tests of the last solution.
     pub quality: Quality,
+    /// What speaks against the solution, and the bounds of what it could not say.
+    pub doubted: Doubted,
     /// What the data determine.
     pub observability: Observability,
     /// Condition behind each entry of `quality.worst`: a row of the points, or an INS position.
@@ -187,6 +191,7 @@ impl Path<'_> {
             mountings: profilers.map(|p| self.blocks.mounting(x, p)).collect(),
             covariance: covariance.into_owned(),
             observability: judged.observability,
+            doubted: judged.doubted,
             snooped: judged.removed,
             quality: judged.quality,
             solution,
@@ -253,6 +258,23 @@ impl Model for Path<'_> {
             sources.push(Source::new(&attitude));
         }
         then(&Problem::with_chain(sources, &self.chain))
+    }
+
+    fn judge(
+        &self,
+        ties: &Vec<Tie>,
+        problem: &Problem,
+        found: &Snooped,
+    ) -> Result<Doubted, AdjustError> {
+        let case = Case {
+            scene: self.scene,
+            blocks: &self.blocks,
+            solution: &found.solution,
+            quality: &found.quality,
+            ties,
+            config: &self.config.verdict,
+        };
+        case.heard(problem)
     }
 
     /// The ties are at rest when none changed, or when the adjustment hardly moved whatever ties changed.

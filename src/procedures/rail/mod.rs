@@ -18,8 +18,10 @@
 
 pub mod conditions;
 pub mod config;
+pub mod doubts;
 pub mod icp;
 pub mod joint;
+pub mod judge;
 pub mod model;
 pub mod procedure;
 pub mod reference;

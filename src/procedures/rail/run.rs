@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::config::{RailJointConfig, RailReferenceConfig};
 use super::icp::Cloud;
 use super::joint::{RailJoint, joint};
+use super::judge;
 use super::reference::{RailReference, ReferenceError, cloud, coarse, reference};
 use super::scene::RailScene;
 use super::verdict::{self, RailRefusal};
@@ -89,13 +90,20 @@ pub fn calibrate<'a>(input: &RailInput<'a>) -> RailOutcome<'a> {
         let start = start_from(&scene, input.reference, points.as_ref());
         joint(&scene, input.joint, &start)
     });
-    let refusal = match (&by_joint, &by_reference) {
+    let refused = match (&by_joint, &by_reference) {
         (Some(joint), _) => verdict::after(&scene, input.joint, joint),
         (None, Some(Err(error))) => Some(RailRefusal::NotSolved {
             how: error.to_string(),
         }),
         _ => None,
     };
+    let mistake = match (&refused, &by_joint) {
+        (Some(_), Some(Ok(joint))) => judge::named(input, joint),
+        _ => None,
+    };
+    let refusal = mistake
+        .map(|finding| RailRefusal::DoesNotFit(Box::new(finding)))
+        .or(refused);
     RailOutcome {
         reference: by_reference,
         joint: by_joint,

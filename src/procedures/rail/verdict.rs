@@ -5,9 +5,12 @@ use std::fmt;
 use super::config::{RailJointConfig, RailReferenceConfig};
 use super::joint::RailJoint;
 use super::model::{SOUGHT, SOUGHT_NAMES};
+use super::run::RailOutcome;
 use super::scene::RailScene;
 use crate::adjust::{AdjustError, Status};
 use crate::calibrate::driver::ABSURD_VARIANCE_FACTOR;
+use crate::calibrate::verdict::{Ending, concluded};
+use crate::results::{Finding, Verdict};
 
 /// Fewest points of a profiler.
 const LEAST_TIES: usize = 50;
@@ -43,6 +46,8 @@ pub enum RailRefusal {
         /// How it ended.
         how: String,
     },
+    /// The model does not fit: a finding of the verdict's tests.
+    DoesNotFit(Box<Finding>),
     /// Misfit far beyond the stated noise.
     AbsurdMisfit {
         /// The variance factor.
@@ -70,6 +75,8 @@ impl fmt::Display for RailRefusal {
                 write!(f, "not determined by the data: {}", parameters.join("; "))
             }
             Self::NotSolved { how } => write!(f, "the adjustment found no solution: {how}"),
+            Self::DoesNotFit(finding) if finding.advice.is_empty() => f.write_str(&finding.seen),
+            Self::DoesNotFit(finding) => write!(f, "{}; {}", finding.seen, finding.advice),
             Self::AbsurdMisfit { variance_factor } => write!(
                 f,
                 "the misfit is far beyond the stated noise: variance factor {variance_factor:.1}; is this the rail of the model file, and are the sigmas right?"
@@ -118,7 +125,48 @@ pub fn after(
         .or_else(|| undetermined(scene, config, joint))
         .or_else(|| before(scene, config).into_iter().next())
         .or_else(|| not_solved(joint))
+        .or_else(|| {
+            let finding = joint.withdrawn()?;
+            Some(RailRefusal::DoesNotFit(Box::new(finding.clone())))
+        })
         .or_else(|| absurd(joint))
+}
+
+impl RailOutcome<'_> {
+    /// The verdict: what refused the result first, then what the joint path's tests found.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let joint = self.joint.as_ref().and_then(|joint| joint.as_ref().ok());
+        let findings = joint.map_or(&[][..], |joint| &joint.doubted.findings);
+        let ending = match &self.refusal {
+            None => Ending::Usable,
+            Some(RailRefusal::DoesNotFit(first)) => Ending::Withdrawn(first),
+            Some(refusal) => Ending::Refused {
+                code: refusal.code(),
+                seen: refusal.to_string(),
+                determined: matches!(
+                    refusal,
+                    RailRefusal::AbsurdMisfit { .. } | RailRefusal::NotSeen { .. }
+                ),
+            },
+        };
+        concluded(ending, findings)
+    }
+}
+
+impl RailRefusal {
+    /// The kind of refusal as one word.
+    #[must_use]
+    pub fn code(&self) -> &str {
+        match self {
+            Self::NotTurned { .. } => "not_turned",
+            Self::NotSeen { .. } => "not_seen",
+            Self::Undetermined { .. } => "undetermined",
+            Self::NotSolved { .. } => "not_solved",
+            Self::DoesNotFit(finding) => &finding.code,
+            Self::AbsurdMisfit { .. } => "absurd_misfit",
+        }
+    }
 }
 
 /// What a survey will determine, by one round of the adjustment from the coarse fit; its result is not shown.

@@ -229,6 +229,10 @@ impl Conditions for FixConditions<'_> {
         }
     }
 
+    fn cell(&self, k: usize) -> u16 {
+        self.scene.campaign.fixes.beacon[self.fixes[k / PER_FIX] as usize] as u16
+    }
+
     fn interval(&self, k: usize) -> Option<u32> {
         let fix = self.fixes[k / PER_FIX] as usize;
         Some(self.epochs?[self.scene.poses[fix].record as usize])

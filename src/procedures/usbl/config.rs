@@ -2,6 +2,7 @@
 
 use crate::adjust::Options;
 pub use crate::calibrate::choices::KernelName;
+use crate::calibrate::verdict::VerdictConfig;
 use crate::survey::limits::{ABOVE, GATE, KERNEL, WIDTH, limits};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
@@ -21,7 +22,7 @@ section! {
 section! {
     #[settings]
     /// The `[joint]` section.
-    #[derive(Clone, Copy, Debug, PartialEq)]
+    #[derive(Clone, Debug, PartialEq)]
     pub struct JointConfig {
         /// Robust kernel.
         kernel: KernelName = or (KernelName::Huber), KERNEL;
@@ -41,6 +42,9 @@ section! {
         max_sigma_deg: f64 = or (1.0), Kind::Number(limits(ABOVE, 180.0, "degrees above 0 and up to 180"));
         /// A position whose standard deviation exceeds this (metres) is refused.
         max_sigma_m: f64 = or (0.5), Kind::Number(limits(ABOVE, 1000.0, "metres above 0 and up to 1000"));
+        aside
+        /// Limits of the verdict: the `[verdict]` section of a survey file.
+        verdict: VerdictConfig = VerdictConfig::default();
     }
 }
 

@@ -4,14 +4,16 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::conditions::{Blocks, FixConditions, PER_FIX};
 use super::config::JointConfig;
+use super::judge::Case;
 use super::scene::Scene;
 use super::start;
 use crate::adjust::{
     AdjustError, Block, BlockId, ChainModel, Component, Estimate, Kernel, Limits, Observability,
-    Options, ParameterSet, Problem, Process, ProcessKind, Quality, QualityOptions, Solution,
-    Source, Status, Unit,
+    Options, ParameterSet, Problem, Process, ProcessKind, Quality, QualityOptions, Snooped,
+    Solution, Source, Status, Unit,
 };
 use crate::calibrate::driver::{self, Model, Next, Pass, Schedule, Solved};
+use crate::calibrate::verdict::Doubted;
 use crate::observe::usbl::{ControlPoint, Role};
 
 /// Names of the mounting's parameters, first in every covariance.
@@ -46,6 +48,8 @@ pub struct JointOutcome {
     pub gross: Vec<u32>,
     /// Single conditions that data snooping removed.
     pub snooped: usize,
+    /// What speaks against the solution, and the bounds of what it could not say.
+    pub doubted: Doubted,
     /// Tests, groups, worst conditions; `None` when the solve did not end with an estimate.
     pub judgement: Option<Judgement>,
 }
@@ -182,6 +186,23 @@ impl Model for Path<'_> {
     fn last_start(&self, solution: &Solution) -> Estimate {
         Estimate::new(solution.estimate.parameters.clone())
     }
+
+    fn judge(
+        &self,
+        fixes: &Sorted,
+        problem: &Problem,
+        found: &Snooped,
+    ) -> Result<Doubted, AdjustError> {
+        let case = Case {
+            scene: self.scene,
+            blocks: &self.blocks,
+            solution: &found.solution,
+            quality: &found.quality,
+            used: &fixes.used,
+            config: &self.config.verdict,
+        };
+        case.heard(problem)
+    }
 }
 
 impl Path<'_> {
@@ -194,17 +215,23 @@ impl Path<'_> {
         } = solved;
         let x = &solution.estimate.parameters;
         let covariance = solution.cofactor.view((0, 0), (SOUGHT, SOUGHT));
+        let (mut doubted, mut snooped) = (Doubted::default(), 0);
+        let judgement = judged.map(|judged| {
+            (doubted, snooped) = (judged.doubted, judged.removed);
+            Judgement {
+                observability: judged.observability,
+                without_survey: without_survey(&solution, &self.blocks),
+                quality: judged.quality,
+            }
+        });
         JointOutcome {
             rotation: x.rotation(self.blocks.mounting),
             transducer_m: self.blocks.transducer_m(x),
             scale: self.blocks.scale_of(x),
             covariance: covariance.into_owned(),
-            snooped: judged.as_ref().map_or(0, |j| j.removed),
-            judgement: judged.map(|judged| Judgement {
-                observability: judged.observability,
-                without_survey: without_survey(&solution, &self.blocks),
-                quality: judged.quality,
-            }),
+            snooped,
+            doubted,
+            judgement,
             solution,
             blocks: self.blocks,
             used: ties.used,

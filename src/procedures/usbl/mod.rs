@@ -8,6 +8,7 @@
 //! | [`conditions`] | the conditions of the joint path and their derivatives |
 //! | [`start`] | a start that gross errors do not move |
 //! | [`joint`] | the joint path |
+//! | [`judge`] | what speaks against a solution |
 //! | [`verify`](mod@verify) | the patent's verification: predicted against surveyed beacons |
 //! | [`procedure`] | the calibration behind the seam |
 //! | [`trials`] | a scenario on trial, for the error budget |
@@ -17,6 +18,7 @@
 pub mod conditions;
 pub mod config;
 pub mod joint;
+pub mod judge;
 pub mod procedure;
 pub mod reference;
 pub mod scene;
@@ -39,7 +41,7 @@ use crate::observe::usbl::UsblCampaign;
 use verify::{BeaconResiduals, Calibrated, verify};
 
 /// What a calibration is made from, and how.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct UsblInput<'a> {
     /// What was observed.
     pub campaign: &'a UsblCampaign,
@@ -80,7 +82,12 @@ pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError
         let failed = reference.as_ref().and_then(|r| r.as_ref().err());
         (None, failed.map(Refusal::of_reference))
     } else {
-        solved_jointly(&scene, &input.joint)
+        let (joint, refused) = solved_jointly(&scene, &input.joint);
+        let explained = refused
+            .as_ref()
+            .and_then(|_| judge::named(input, &scene, joint.as_ref()))
+            .map(|finding| Refusal::DoesNotFit(Box::new(finding)));
+        (joint, explained.or(refused))
     };
     let determined = refusal.as_ref().is_none_or(|r| !r.is_of_layout());
     let found = reference

@@ -93,7 +93,7 @@ fn input(survey: &LoadedUsbl, method: Method) -> UsblInput<'_> {
         campaign: &survey.campaign,
         method,
         reference: survey.file.reference,
-        joint: survey.file.joint,
+        joint: survey.file.joint.clone(),
     }
 }
 
@@ -133,7 +133,7 @@ impl ScenarioRun for UsblRun {
         Ok(Box::new(UsblTrials {
             scenario: self.read.scenario.clone(),
             reference: self.calibration.reference,
-            joint: self.calibration.joint,
+            joint: self.calibration.joint.clone(),
         }))
     }
 }

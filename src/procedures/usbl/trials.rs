@@ -141,7 +141,7 @@ impl Tried for UsblTrials {
             campaign: &survey.campaign,
             method: Method::Both,
             reference: self.reference,
-            joint: self.joint,
+            joint: self.joint.clone(),
         };
         match calibrate(&input) {
             Ok(outcome) => Trial {

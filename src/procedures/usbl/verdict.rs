@@ -4,12 +4,15 @@ use std::fmt;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::UsblOutcome;
 use super::config::JointConfig;
 use super::joint::{JointOutcome, MOUNTING, SOUGHT, sought};
 use super::reference::ReferenceError;
 use super::scene::Scene;
 use crate::adjust::{AdjustError, Status, Unit};
 use crate::calibrate::driver::ABSURD_VARIANCE_FACTOR;
+use crate::calibrate::verdict::{Ending, concluded};
+use crate::results::{Finding, Verdict};
 
 /// A larger share of gross errors than this leaves nothing to trust.
 const MOST_GROSS: f64 = 0.4;
@@ -47,6 +50,8 @@ pub enum Refusal {
         /// Fixes of common beacons.
         fixes: usize,
     },
+    /// The model does not fit: a finding of the verdict's tests.
+    DoesNotFit(Box<Finding>),
     /// Misfit far beyond the stated noise.
     AbsurdMisfit {
         /// The variance factor.
@@ -88,6 +93,8 @@ impl fmt::Display for Refusal {
                 "{gross} of {fixes} fixes are far from what the others say: wrong noise figures, wrong control coordinates, beacons \
                  mixed up, or an angle convention other than the one stated"
             ),
+            Self::DoesNotFit(finding) if finding.advice.is_empty() => f.write_str(&finding.seen),
+            Self::DoesNotFit(finding) => write!(f, "{}; {}", finding.seen, finding.advice),
             Self::AbsurdMisfit { variance_factor } => write!(
                 f,
                 "the residuals are {:.1} times the stated noise (variance factor {variance_factor:.1}): wrong noise figures, wrong \
@@ -102,7 +109,7 @@ impl fmt::Display for Refusal {
 impl Refusal {
     /// The kind of refusal as one word, for counting.
     #[must_use]
-    pub fn code(&self) -> &'static str {
+    pub fn code(&self) -> &str {
         match self {
             Self::NoBeacon => "no_beacon",
             Self::OneBeacon { .. } => "one_beacon",
@@ -110,6 +117,7 @@ impl Refusal {
             Self::NotSolved { .. } => "not_solved",
             Self::TooManyGross { .. } => "too_many_gross",
             Self::AbsurdMisfit { .. } => "absurd_misfit",
+            Self::DoesNotFit(finding) => &finding.code,
             Self::Reference { .. } => "reference",
         }
     }
@@ -167,10 +175,35 @@ impl Refusal {
                 how: "out of iterations".to_owned(),
             });
         }
+        if let Some(finding) = joint.withdrawn() {
+            return Some(Self::DoesNotFit(Box::new(finding.clone())));
+        }
         let factor = joint.judgement.as_ref()?.quality.global.variance_factor;
         (factor > ABSURD_VARIANCE_FACTOR).then_some(Self::AbsurdMisfit {
             variance_factor: factor,
         })
+    }
+}
+
+impl UsblOutcome<'_> {
+    /// The verdict: what refused the result first, then what the joint path's tests found.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let joint = self.joint.as_ref();
+        let findings = joint.map_or(&[][..], |joint| &joint.doubted.findings);
+        let ending = match &self.refusal {
+            None => Ending::Usable,
+            Some(Refusal::DoesNotFit(first)) => Ending::Withdrawn(first),
+            Some(refusal) => Ending::Refused {
+                code: refusal.code(),
+                seen: refusal.to_string(),
+                determined: matches!(
+                    refusal,
+                    Refusal::TooManyGross { .. } | Refusal::AbsurdMisfit { .. }
+                ),
+            },
+        };
+        concluded(ending, findings)
     }
 }
 

@@ -51,6 +51,7 @@ fn with_problem<T>(
         latency_at_start_s: blocks.latency.map_or(0.0, |id| x.euclidean(id)[0]),
         trajectory,
         group: SOUNDINGS,
+        cells: None,
     };
     let returns = ReturnConditions {
         scene,
@@ -59,6 +60,7 @@ fn with_problem<T>(
         scanner: blocks.scanner,
         trajectory,
         group: RETURNS,
+        cells: None,
     };
     let mut sources = vec![Source::new(&soundings)];
     if config.planes == Planes::Adjusted {

@@ -5,6 +5,8 @@ use nalgebra::Matrix6;
 use super::super::conditions::{ReturnConditions, SoundingConditions, TrajectoryErrors};
 use super::super::config::{Drift, JointConfig, Planes};
 use super::super::coverage::Coverage;
+use super::super::doubts::Passes;
+use super::super::judge::{Case, Cells};
 use super::super::scene::Scene;
 use super::super::ties::{
     Among, Association, Corrected, TieSet, TrajectoryVariance, tie_returns, tie_soundings,
@@ -15,9 +17,10 @@ use super::{
 };
 use crate::adjust::{
     AdjustError, BlockId, Estimate, Kernel, Limits, Options, ParameterSet, Problem, QualityOptions,
-    Solution, Source, variance_components,
+    Snooped, Solution, Source, variance_components,
 };
 use crate::calibrate::driver::{Schedule, Solved};
+use crate::calibrate::verdict::Doubted;
 use crate::matching::Patches;
 use crate::observe::Mounting;
 
@@ -62,6 +65,7 @@ impl Frame<'_> {
             returns: ties.returns,
             rounds,
             stable,
+            doubted: Doubted::default(),
             judgement,
         }
     }
@@ -120,7 +124,36 @@ impl Frame<'_> {
         drop_snooped(&mut ties.soundings, judged.ignored.first());
         drop_snooped(&mut ties.returns, judged.ignored.get(1));
         judgement.components = self.components(&ties, &solution.estimate)?;
-        Ok(self.outcome(solution, ties, rounds, stable, Some(judgement)))
+        let outcome = self.outcome(solution, ties, rounds, stable, Some(judgement));
+        Ok(JointOutcome {
+            doubted: judged.doubted,
+            ..outcome
+        })
+    }
+
+    /// What speaks against a solution.
+    pub(super) fn judge(
+        &self,
+        ties: &Ties,
+        problem: &Problem,
+        found: &Snooped,
+    ) -> Result<Doubted, AdjustError> {
+        if self.config.planes == Planes::Fixed {
+            return Ok(Doubted::default());
+        }
+        let passes = Passes::of(self.scene, &ties.soundings.ties);
+        let at = &found.solution.estimate.parameters;
+        let (soundings, returns) = self.conditions(ties, at, &passes);
+        let case = Case {
+            scene: self.scene,
+            blocks: self.blocks,
+            solution: &found.solution,
+            quality: &found.quality,
+            conditions: (&soundings, &returns),
+            passes: &passes,
+            config: &self.config.verdict,
+        };
+        case.heard(problem)
     }
 
     /// Iterated variance components of the ties that data snooping left, by plain least squares: a kernel shortens the tails and
@@ -146,6 +179,56 @@ impl Frame<'_> {
         }))
     }
 
+    /// Whether the trajectory's errors are states of a chain.
+    fn has_states(&self) -> bool {
+        self.config.drift == Drift::On && self.epochs.chain.is_some()
+    }
+
+    fn trajectory_errors(&self) -> TrajectoryErrors<'_> {
+        if self.has_states() {
+            return TrajectoryErrors::States(&self.epochs.of_record);
+        }
+        let noise = &self.scene.campaign.trajectory.noise;
+        TrajectoryErrors::Variance(TrajectoryVariance::new(noise, false))
+    }
+
+    /// The conditions of these ties, linearised from these parameters.
+    fn conditions<'a>(
+        &'a self,
+        ties: &'a Ties,
+        parameters: &ParameterSet,
+        passes: &'a Passes,
+    ) -> (SoundingConditions<'a>, ReturnConditions<'a>) {
+        let cells = Cells {
+            passes: passes.count(),
+            faces: self.scene.target.faces.len(),
+        };
+        let (cells, blocks) = (Some((cells, passes)), self.blocks);
+        let latency_s = blocks.latency.map_or(0.0, |id| parameters.euclidean(id)[0]);
+        let soundings = SoundingConditions {
+            cells,
+            scene: self.scene,
+            ties: &ties.soundings.ties,
+            planes: &blocks.faces,
+            mounting: blocks.mounting,
+            latency: blocks.latency,
+            range_scale: blocks.range_scale,
+            latency_at_start_s: latency_s,
+            trajectory: self.trajectory_errors(),
+            group: SOUNDINGS,
+        };
+        let returns = ReturnConditions {
+            cells,
+            scene: self.scene,
+            ties: &ties.returns.ties,
+            planes: &blocks.faces,
+            scanner: blocks.scanner,
+            trajectory: self.trajectory_errors(),
+            group: RETURNS,
+        };
+        (soundings, returns)
+    }
+
     /// Builds the problem of these ties and hands it to `then`.
     pub(super) fn with_problem<T>(
         &self,
@@ -153,43 +236,14 @@ impl Frame<'_> {
         parameters: &ParameterSet,
         then: impl FnOnce(&Problem) -> T,
     ) -> T {
-        let as_states = self.config.drift == Drift::On && self.epochs.chain.is_some();
-        let trajectory = if as_states {
-            TrajectoryErrors::States(&self.epochs.of_record)
-        } else {
-            TrajectoryErrors::Variance(TrajectoryVariance::new(
-                &self.scene.campaign.trajectory.noise,
-                false,
-            ))
-        };
-        let soundings = SoundingConditions {
-            scene: self.scene,
-            ties: &ties.soundings.ties,
-            planes: &self.blocks.faces,
-            mounting: self.blocks.mounting,
-            latency: self.blocks.latency,
-            range_scale: self.blocks.range_scale,
-            latency_at_start_s: self
-                .blocks
-                .latency
-                .map_or(0.0, |id| parameters.euclidean(id)[0]),
-            trajectory,
-            group: SOUNDINGS,
-        };
-        let returns = ReturnConditions {
-            scene: self.scene,
-            ties: &ties.returns.ties,
-            planes: &self.blocks.faces,
-            scanner: self.blocks.scanner,
-            trajectory,
-            group: RETURNS,
-        };
+        let passes = Passes::of(self.scene, &ties.soundings.ties);
+        let (soundings, returns) = self.conditions(ties, parameters, &passes);
         let mut sources = vec![Source::new(&soundings)];
         if self.config.planes == Planes::Adjusted {
             sources.push(Source::new(&returns));
         }
         let problem = match &self.epochs.chain {
-            Some(chain) if as_states => Problem::with_chain(sources, chain),
+            Some(chain) if self.has_states() => Problem::with_chain(sources, chain),
             _ => Problem::dense(sources),
         };
         then(&problem)

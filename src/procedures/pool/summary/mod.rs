@@ -33,7 +33,6 @@ use super::config::{Drift, JointConfig, Planes};
 use super::run::{Method, PoolInput, PoolOutcome};
 use super::ties::TieSet;
 use crate::calibrate::conventions::conventions;
-use crate::calibrate::solution::verdict;
 use crate::results::{Calibration, Convention, Provenance, SCHEMA, SensorCounts, Solutions};
 use residuals::Residuals;
 
@@ -85,8 +84,8 @@ pub fn result(
         procedure: "pool".to_owned(),
         provenance,
         usable,
-        verdict: verdict(reason.as_deref()),
         reason,
+        verdict: outcome.verdict(),
         counts: counts(outcome, &residuals.ties, dropped),
         comparison: usable
             .then(|| comparison::compare(outcome, &solutions, &residuals))

@@ -4,8 +4,10 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::keys::{
-    COORDINATE, LEVER_ARM, PROCEDURES, SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M, SIGMA_M_OR_NONE,
+    COORDINATE, LEVER_ARM, PROCEDURES, RANGE_SIGMA_M, SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M,
+    SIGMA_M_OR_NONE,
 };
+use crate::calibrate::verdict::VerdictConfig;
 use crate::geometry::Ellipsoid;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{LaserCoordinates, LaserNoise, MountingSigma, SonarNoise, TrajectoryNoise};
@@ -39,6 +41,8 @@ section! {
         sequential: SequentialConfig = or (SequentialConfig::default()), Kind::Table(SequentialConfig::KEYS);
         /// The joint path.
         joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+        /// Limits of the verdict, and findings that the surveyor accepts.
+        verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
     }
 }
 
@@ -152,7 +156,7 @@ section! {
         /// Mounting angles; needed in the sensor frame, else zero.
         mounting_deg: MountingAngles = or (MountingAngles::default()), Kind::Table(MountingAngles::KEYS);
         /// Range noise, metres; needed in the sensor frame, else zero.
-        range_sigma_m: f64 = or (0.0), Kind::Number(SIGMA_M);
+        range_sigma_m: f64 = or (0.0), Kind::Number(RANGE_SIGMA_M);
         /// Angle noise in the scanner's plane, degrees; needed in the sensor frame, else zero.
         angle_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
         /// Noise of georeferenced points, metres; needed outside the sensor frame, else zero.
@@ -218,7 +222,7 @@ section! {
         /// Nominal mounting angles.
         mounting_deg: MountingAngles = required, Kind::Table(MountingAngles::KEYS);
         /// Range noise, metres.
-        range_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+        range_sigma_m: f64 = required, Kind::Number(RANGE_SIGMA_M);
         /// Across-track angle noise, degrees.
         angle_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
         /// Along-track angle noise, degrees; 0.

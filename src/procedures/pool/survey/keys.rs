@@ -3,6 +3,11 @@
 use crate::survey::limits::{ABOVE, Limits, limits};
 use crate::survey::schema::{Key, Kind, optional, required};
 
+pub(crate) const RANGE_SIGMA_M: Limits = limits(
+    ABOVE,
+    1.0,
+    "metres above 0 and up to 1 (is it in millimetres?)",
+);
 pub(crate) const SIGMA_M: Limits = limits(ABOVE, 10.0, "metres above 0 and up to 10");
 pub(crate) const SIGMA_M_OR_NONE: Limits = limits(0.0, 10.0, "metres from 0 to 10");
 pub(crate) const SIGMA_DEG: Limits = limits(ABOVE, 10.0, "degrees above 0 and up to 10");

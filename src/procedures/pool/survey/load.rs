@@ -97,7 +97,9 @@ pub fn parse_survey(
 ) -> Result<SurveyFile, SurveyError> {
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
     none_of(rules::survey_problems(&document, folder))?;
-    typed(path, text)
+    let mut file: SurveyFile = typed(path, text)?;
+    file.joint.verdict = file.verdict.clone();
+    Ok(file)
 }
 
 /// Checks and parses the text of a target file; `path` names it in messages.

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
+use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::FormatError;
 use crate::formats::error::read_text;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
@@ -31,7 +32,7 @@ pub struct ScenarioFile {
     pub lidar: String,
     /// Name of the soundings file to write: `.csv`.
     pub multibeam: String,
-    /// The sections `[sequential]` and `[joint]`, handed on to the survey file as they are.
+    /// The sections `[sequential]`, `[joint]` and `[verdict]`, handed on to the survey file as they are.
     pub calibration: toml::Table,
 }
 
@@ -68,13 +69,15 @@ pub fn from_text(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError>
 
 section! {
     #[settings]
-    /// The sections `[sequential]` and `[joint]` with every default.
+    /// The sections `[sequential]`, `[joint]` and `[verdict]` with every default.
     #[derive(Clone, Debug, PartialEq)]
     pub struct Calibration {
         /// The reference path.
         sequential: SequentialConfig = or (SequentialConfig::default()), Kind::Table(SequentialConfig::KEYS);
         /// The joint path.
         joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+        /// Limits of the verdict, and findings that the surveyor accepts.
+        verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
     }
 }
 
@@ -84,8 +87,10 @@ impl ScenarioFile {
     /// # Errors
     /// [`ScenarioError`] for what reading the file let through, which is nothing.
     pub fn calibration(&self, file: &Path) -> Result<Calibration, ScenarioError> {
-        toml::from_str(&self.calibration.to_string())
-            .map_err(|e| fault(file, e.message().to_owned()))
+        let mut found: Calibration = toml::from_str(&self.calibration.to_string())
+            .map_err(|e| fault(file, e.message().to_owned()))?;
+        found.joint.verdict = found.verdict.clone();
+        Ok(found)
     }
 }
 
@@ -124,9 +129,13 @@ fn placed(document: &Document<'_>, faults: &[String]) -> ScenarioError {
     }
 }
 
-/// Faults of `[sequential]` and `[joint]`, judged as in a survey file.
+/// Faults of `[sequential]`, `[joint]` and `[verdict]`, judged as in a survey file.
 fn calibration_faults(document: &Document<'_>) -> Vec<String> {
-    let own = |p: &&Problem| p.place.contains("[sequential]") || p.place.contains("[joint]");
+    let own = |p: &&Problem| {
+        ["[sequential]", "[joint]", "[verdict]"]
+            .iter()
+            .any(|section| p.place.contains(section))
+    };
     let problems = schema::check(document, Calibration::KEYS);
     problems.iter().filter(own).map(in_words).collect()
 }
@@ -282,7 +291,7 @@ fn take_calibration(root: &mut Spanned<DeTable<'_>>) -> toml::Table {
         let value = toml::Value::deserialize(ValueDeserializer::from(value)).ok()?;
         Some((key.to_owned(), value))
     };
-    ["sequential", "joint"]
+    ["sequential", "joint", "verdict"]
         .into_iter()
         .filter_map(take)
         .collect()

@@ -23,6 +23,17 @@ const LEAST: usize = 8;
 pub(super) const LEAST_STEPS: usize = 3;
 /// Steps of the coarse fit when it only follows the table.
 const FOLLOWING_STEPS: u32 = 20;
+/// Turns of the nominal mounting that the coarse fit starts from beside the nominal one, degrees.
+const START_TURNS_DEG: [f64; 6] = [-15.0, 15.0, -30.0, 30.0, -45.0, 45.0];
+/// Shifts that it starts from, each by itself and with the smallest turns, metres.
+const START_SHIFT_M: f64 = 0.015;
+/// Another start is taken when it brings one point in so many more onto the rail.
+const CLEARLY: usize = 10;
+/// Positions beside the one fitted that help to choose among the starts.
+const OTHER_POSITIONS: usize = 4;
+/// Points that the starts are tried with at the most.
+const POOLED_POINTS: usize = 300;
+
 /// A profiler's profile with the regions of the side that it sees.
 pub(super) struct Fitter<'a> {
     pub(super) scene: &'a RailScene<'a>,
@@ -35,6 +46,15 @@ pub(super) struct Fitter<'a> {
 pub(super) struct Regions {
     line: (usize, Vec<Vector2<f64>>),
     arc: (usize, Vec<Vector2<f64>>),
+}
+
+/// Turns (degrees) and shifts (metres) that the coarse fit starts from beside the nominal mounting.
+fn starts() -> impl Iterator<Item = (f64, Vector2<f64>)> {
+    let turned = START_TURNS_DEG.map(|turn_deg| (turn_deg, Vector2::zeros()));
+    let (x, z) = (Vector2::x() * START_SHIFT_M, Vector2::y() * START_SHIFT_M);
+    let shifts = [x, -x, z, -z];
+    let shifted = [0.0, -15.0, 15.0].map(|turn_deg| shifts.map(|shift_m| (turn_deg, shift_m)));
+    turned.into_iter().chain(shifted.into_iter().flatten())
 }
 
 /// One of a position's angles, radians.
@@ -89,8 +109,58 @@ impl Fitter<'_> {
                 profiler: self.name(),
             });
         }
-        let start = self.nominal_transform(position);
+        let start = self.best_start(position);
         Ok(icp::fit(self.cloud, &profile, start, self.config.max_steps))
+    }
+
+    /// Where the coarse fit of a profile begins: of the nominal mounting turned by several angles about the middle of what it sees, the
+    /// one that brings most points of this and a few other positions onto the rail. Half of a rail looks like the other half, and a part
+    /// of it like other parts, so that one start may end anywhere.
+    fn best_start(&self, position: usize) -> Rigid {
+        let others = self
+            .scene
+            .by_level()
+            .into_iter()
+            .filter(|k| *k != position)
+            .take(OTHER_POSITIONS);
+        let pooled: Vec<Vector2<f64>> = std::iter::once(position)
+            .chain(others)
+            .flat_map(|k| {
+                let nominal = self.nominal_transform(k);
+                self.profile(k).into_iter().map(move |p| nominal.apply(&p))
+            })
+            .collect();
+        let stride = pooled.len().div_ceil(POOLED_POINTS).max(1);
+        let pooled: Vec<_> = pooled.into_iter().step_by(stride).collect();
+        let middle = pooled.iter().sum::<Vector2<f64>>() / pooled.len().max(1) as f64;
+        let still = Rigid {
+            roll_rad: 0.0,
+            shift_m: Vector2::zeros(),
+        };
+        let tried = |(turn_deg, shift_m): (f64, Vector2<f64>)| {
+            let start = still.then(f64::to_radians(turn_deg), &middle, &(middle + shift_m));
+            let found = icp::fit(self.cloud, &pooled, start, self.config.max_steps);
+            (self.on_the_rail(&pooled, &found), found)
+        };
+        let nominal = tried((0.0, Vector2::zeros()));
+        let best = starts().map(tried).fold(nominal, |best, one| {
+            let clearly = one.0 > best.0 + best.0 / CLEARLY;
+            if clearly { one } else { best }
+        });
+        let nominal = self.nominal_transform(position);
+        Rigid {
+            roll_rad: nominal.roll_rad + best.1.roll_rad,
+            shift_m: best.1.apply(&nominal.shift_m),
+        }
+    }
+
+    /// How many points a transform brings onto the rail.
+    fn on_the_rail(&self, points: &[Vector2<f64>], transform: &Rigid) -> usize {
+        let near = points.iter().filter(|p| {
+            let found = self.scene.rail.nearest(&transform.apply(p));
+            found.is_some_and(|n| n.inside && n.distance_m <= self.config.region_m)
+        });
+        near.count()
     }
 
     /// The position nearest to level at which both regions are seen, with its coarse and fine transforms.

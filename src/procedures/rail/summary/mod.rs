@@ -21,7 +21,6 @@ use super::scene::RailScene;
 use super::trial::{corrections_from, names};
 use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
-use crate::calibrate::solution::verdict;
 use crate::formats::week;
 use crate::results::{
     Calibration, Comparison, Difference, Provenance, SCHEMA, SensorCounts, Solutions,
@@ -47,7 +46,7 @@ pub fn result(
         procedure: "rail".to_owned(),
         provenance,
         usable: reason.is_none(),
-        verdict: verdict(reason.as_deref()),
+        verdict: outcome.verdict(),
         reason,
         counts: counts(outcome),
         solutions: Solutions {

@@ -3,6 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::keys::{NAMES, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE};
+use crate::calibrate::verdict::VerdictConfig;
 use crate::observe::{AttitudeNoise, Profiler, Stand};
 use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
 use crate::survey::schema::Kind;
@@ -32,6 +33,8 @@ section! {
         reference: RailReferenceConfig = or (RailReferenceConfig::default()), Kind::Table(RailReferenceConfig::KEYS);
         /// The joint path.
         joint: RailJointConfig = or (RailJointConfig::default()), Kind::Table(RailJointConfig::KEYS);
+        /// Limits of the verdict, and findings that the surveyor accepts.
+        verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
     }
 }
 

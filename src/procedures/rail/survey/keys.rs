@@ -1,6 +1,7 @@
 //! The keys of a rail survey file, of a rail model file, and of a rail scenario file, with their limits.
 
 use super::file::{ProfilerSection, RailSection, TableSection};
+use crate::calibrate::verdict::VerdictConfig;
 use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
 use crate::survey::limits::{Limits, TURN, limits};
 use crate::survey::schema::{Key, Kind, optional, required};
@@ -114,4 +115,5 @@ pub(super) const SCENARIO: &[Key] = &[
     optional("sources", Kind::Table(SOURCES)),
     optional("reference", Kind::Table(RailReferenceConfig::KEYS)),
     optional("joint", Kind::Table(RailJointConfig::KEYS)),
+    optional("verdict", Kind::Table(VerdictConfig::KEYS)),
 ];

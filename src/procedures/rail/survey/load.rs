@@ -115,7 +115,8 @@ pub fn parse_survey(
             .flat_map(|folder| missing_files(&document, folder, FILES)),
     );
     none_of(problems)?;
-    let file: RailSurveyFile = typed(path, text)?;
+    let mut file: RailSurveyFile = typed(path, text)?;
+    file.joint.verdict = file.verdict.clone();
     none_of(same_names(
         &document,
         file.profiler.iter().map(|p| p.name.as_str()),

@@ -1,5 +1,6 @@
 //! Rail scenario files.
 
+use crate::calibrate::verdict::VerdictConfig;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -24,7 +25,7 @@ pub struct RailScenarioFile {
     pub model: RailModel,
     /// The rail.
     pub rail: RailProfile,
-    /// The sections `[reference]` and `[joint]`, handed on to the survey file.
+    /// The sections `[reference]`, `[joint]` and `[verdict]`, handed on to the survey file.
     pub calibration: toml::Table,
 }
 
@@ -42,8 +43,10 @@ impl RailScenarioFile {
         struct Sections {
             reference: RailReferenceConfig,
             joint: RailJointConfig,
+            verdict: VerdictConfig,
         }
-        let found: Sections = typed(path, &self.calibration.to_string())?;
+        let mut found: Sections = typed(path, &self.calibration.to_string())?;
+        found.joint.verdict = found.verdict;
         Ok((found.reference, found.joint))
     }
 }
@@ -69,7 +72,7 @@ pub fn parse_scenario(
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
     none_of(schema::check(&document, keys::SCENARIO))?;
     let mut table: toml::Table = typed(path, text)?;
-    let calibration = ["reference", "joint"]
+    let calibration = ["reference", "joint", "verdict"]
         .into_iter()
         .filter_map(|key| Some((key.to_owned(), table.remove(key)?)));
     let calibration = calibration.collect();

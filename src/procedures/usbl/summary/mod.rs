@@ -23,9 +23,7 @@ use crate::adjust;
 use crate::calibrate::choices::Method;
 use crate::calibrate::metric;
 use crate::calibrate::quality::{Judged, block_priors, group, named_prior, quality};
-use crate::calibrate::solution::{
-    Mounted, iterations, matrices, mounting_angles, parameter, rows, verdict,
-};
+use crate::calibrate::solution::{Mounted, iterations, matrices, mounting_angles, parameter, rows};
 use crate::geometry::rotation;
 use crate::observe::usbl::Role;
 use crate::results::{
@@ -56,7 +54,7 @@ pub fn result(
         procedure: "usbl".to_owned(),
         provenance,
         usable,
-        verdict: verdict(reason.as_deref()),
+        verdict: outcome.verdict(),
         reason,
         counts: [("fixes".to_owned(), counts(outcome, read, dropped))].into(),
         solutions: solutions(outcome, input)?,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::keys::{SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M};
+use crate::calibrate::verdict::VerdictConfig;
 use crate::geometry::Ellipsoid;
 use crate::observe::usbl::{AngleModel, AttitudeNoise, DatumSigma, FixNoise};
 use crate::procedures::usbl::{JointConfig, ReferenceConfig};
@@ -34,6 +35,8 @@ section! {
         reference: ReferenceConfig = or (ReferenceConfig::default()), Kind::Table(ReferenceConfig::KEYS);
         /// The joint path.
         joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+        /// Limits of the verdict, and findings that the surveyor accepts.
+        verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
     }
 }
 

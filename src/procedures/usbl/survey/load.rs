@@ -101,7 +101,9 @@ pub fn parse(path: &Path, text: &str, folder: Option<&Path>) -> Result<UsblFile,
             .flat_map(|folder| missing_files(&document, folder, FILES)),
     );
     none_of(problems)?;
-    typed(path, text)
+    let mut file: UsblFile = typed(path, text)?;
+    file.joint.verdict = file.verdict.clone();
+    Ok(file)
 }
 
 struct Contents {

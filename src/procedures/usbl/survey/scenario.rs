@@ -1,5 +1,6 @@
 //! A USBL scenario file: the scenario, and the sections that are handed on to the survey file.
 
+use crate::calibrate::verdict::VerdictConfig;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -19,19 +20,21 @@ use crate::survey::section::section;
 pub struct UsblScenarioFile {
     /// What is simulated.
     pub scenario: Scenario,
-    /// The sections `[reference]` and `[joint]` as they stand.
+    /// The sections `[reference]`, `[joint]` and `[verdict]` as they stand.
     pub calibration: toml::Table,
 }
 
 section! {
     #[settings]
     /// The sections with every default.
-    #[derive(Clone, Copy, Debug, PartialEq)]
+    #[derive(Clone, Debug, PartialEq)]
     pub struct Calibration {
         /// The reference path.
         reference: ReferenceConfig = or (ReferenceConfig::default()), Kind::Table(ReferenceConfig::KEYS);
         /// The joint path.
         joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
+        /// Limits of the verdict, and findings that the surveyor accepts.
+        verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
     }
 }
 
@@ -89,14 +92,21 @@ impl UsblScenarioFile {
     /// [`ScenarioError`] for what reading the file let through, which is nothing.
     pub fn calibration(&self, file: &Path) -> Result<Calibration, ScenarioError> {
         let text = self.calibration.to_string();
-        toml::from_str(&text).map_err(|e| failed(file, vec![e.message().to_owned()]))
+        let mut found: Calibration =
+            toml::from_str(&text).map_err(|e| failed(file, vec![e.message().to_owned()]))?;
+        found.joint.verdict = found.verdict.clone();
+        Ok(found)
     }
 }
 
-/// Faults of `[reference]` and `[joint]`.
+/// Faults of `[reference]`, `[joint]` and `[verdict]`.
 fn calibration_faults(document: &Document<'_>) -> Vec<String> {
     let problems = schema::check(document, Calibration::KEYS);
-    let own = |place: &str| place.contains("[reference]") || place.contains("[joint]");
+    let own = |place: &str| {
+        ["[reference]", "[joint]", "[verdict]"]
+            .iter()
+            .any(|section| place.contains(section))
+    };
     problems
         .into_iter()
         .filter(|p| own(&p.place))
@@ -110,7 +120,7 @@ fn take_calibration(root: &mut Spanned<DeTable<'_>>) -> toml::Table {
         let value = toml::Value::deserialize(ValueDeserializer::from(value)).ok()?;
         Some((key.to_owned(), value))
     };
-    ["reference", "joint"]
+    ["reference", "joint", "verdict"]
         .into_iter()
         .filter_map(&mut take)
         .collect()

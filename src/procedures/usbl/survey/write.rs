@@ -108,7 +108,8 @@ fn survey_file(scenario: &Scenario, calibration: &Calibration) -> UsblFile {
             sigma_m_s: scenario.sound_speed.sigma_m_s,
         },
         reference: calibration.reference,
-        joint: calibration.joint,
+        joint: calibration.joint.clone(),
+        verdict: calibration.verdict.clone(),
     }
 }
 

@@ -1,14 +1,13 @@
 //! The seabed commands end to end: files, exit codes, bytes, refusals, messages.
 
-mod common;
 
 use std::path::Path;
 
-use common::{run, simulated, words};
+use crate::common::{run, simulated, words};
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
 
-const THIN: &str = include_str!("../models/scenarios/seabed-thin.toml");
+const THIN: &str = include_str!("../../models/scenarios/seabed-thin.toml");
 
 fn json(path: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(path).expect("a file")).expect("JSON")

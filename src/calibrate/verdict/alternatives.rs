@@ -1,0 +1,153 @@
+//! Discrete mistakes: which one turns a misfit into a fit?
+//!
+//! Tried on a thinned set when the fit or the association fails. The best one is named with its figures; nothing is ever applied.
+
+use crate::results::{Finding, Severity};
+
+/// How well a survey fits under an assumption.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tried {
+    /// Share of the observations that fit, 0 to 1.
+    pub share: f64,
+    /// Variance factor of those that fit, where it was found.
+    pub variance_factor: Option<f64>,
+}
+
+impl Tried {
+    /// What alternatives are ranked by: the share, less where those that fit scatter otherwise than stated.
+    #[must_use]
+    pub fn merit(&self) -> f64 {
+        let factor = self.variance_factor.unwrap_or(1.0);
+        self.share / factor.max(1.0 / factor).sqrt()
+    }
+
+    fn words(&self, what: &str) -> String {
+        let factor = self
+            .variance_factor
+            .map_or_else(String::new, |v| format!(" (variance factor {v:.1})"));
+        format!("{:.0} % of {what} fit{factor}", 100.0 * self.share)
+    }
+}
+
+/// A mistake that is often made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alternative {
+    /// Code of the finding (`sign_of_roll`).
+    pub code: &'static str,
+    /// The mistake in words ("with the sign of roll reversed").
+    pub words: String,
+    /// What to do about it.
+    pub advice: &'static str,
+}
+
+/// Merit that an alternative must gain on the survey as given, as a factor.
+const BETTER: f64 = 1.3;
+/// Share that must fit under an alternative for it to be named.
+const FITS: f64 = 0.6;
+
+/// Variance factor of a survey as given that an alternative can mend, and the largest one that it may leave.
+const BROKEN: f64 = 1.15;
+const MENDED: f64 = 1.1;
+/// Share that an alternative that mends the variance factor may lose.
+const LOST: f64 = 0.02;
+
+impl Tried {
+    /// Whether this takes the misfit out of a survey as given: many more fit, or as many and their scatter is as stated at last.
+    fn mends(&self, as_given: &Tried) -> bool {
+        let by_share = self.merit() > BETTER * as_given.merit();
+        let scatter = |tried: &Tried| tried.variance_factor.unwrap_or(1.0);
+        let by_scatter = scatter(as_given) > BROKEN
+            && scatter(self) < MENDED
+            && self.share > as_given.share - LOST;
+        self.share > FITS && (by_share || by_scatter)
+    }
+}
+
+/// The finding that names the best of several alternatives, if it mends what is broken: it must fit, and clearly better than the survey
+/// as given.
+#[must_use]
+pub fn best(as_given: &Tried, tried: &[(Alternative, Tried)], what: &str) -> Option<Finding> {
+    let by_merit =
+        |a: &&(Alternative, Tried), b: &&(Alternative, Tried)| a.1.merit().total_cmp(&b.1.merit());
+    let (alternative, found) = tried.iter().max_by(by_merit)?;
+    found.mends(as_given).then(|| {
+        Finding::new(
+            alternative.code,
+            Severity::Refuses,
+            format!(
+                "{} {}, as given {}",
+                alternative.words,
+                found.words(what),
+                as_given.words("them")
+            ),
+            format!(
+                "{BETTER} times better than as given or a variance factor from {BROKEN} to {MENDED}, and {:.0} % that fit",
+                100.0 * FITS
+            ),
+            alternative.advice,
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn alternative(code: &'static str) -> Alternative {
+        Alternative {
+            code,
+            words: format!("with {code}"),
+            advice: "check it",
+        }
+    }
+
+    fn tried(share: f64, factor: f64) -> Tried {
+        Tried {
+            share,
+            variance_factor: Some(factor),
+        }
+    }
+
+    #[test]
+    fn the_mistake_that_mends_the_fit_is_named() {
+        let all = [
+            (alternative("sign_of_roll"), tried(0.96, 1.0)),
+            (alternative("sign_of_pitch"), tried(0.4, 2.0)),
+        ];
+        let found = best(&tried(0.44, 3.7), &all, "the returns").unwrap();
+        assert_eq!(found.code, "sign_of_roll");
+        assert!(
+            found.seen.contains("96 % of the returns fit") && found.seen.contains("as given 44 %")
+        );
+    }
+
+    /// A reversed pitch leaves nearly all observations on the target and shows in their scatter alone.
+    #[test]
+    fn a_mistake_that_only_mends_the_scatter_is_named() {
+        let all = [(alternative("sign_of_pitch"), tried(0.93, 1.0))];
+        let found = best(&tried(0.93, 1.24), &all, "the returns").unwrap();
+        assert_eq!(found.code, "sign_of_pitch");
+        let fewer = [(alternative("sign_of_pitch"), tried(0.88, 1.0))];
+        assert_eq!(best(&tried(0.93, 1.24), &fewer, "the returns"), None);
+        assert_eq!(best(&tried(0.93, 1.1), &all, "the returns"), None);
+    }
+
+    #[test]
+    fn nothing_is_named_where_nothing_mends() {
+        let all = [(alternative("sign_of_pitch"), tried(0.97, 1.0))];
+        assert_eq!(
+            best(&tried(0.96, 1.0), &all, "the returns"),
+            None,
+            "as good as given"
+        );
+        assert_eq!(
+            best(
+                &tried(0.1, 3.0),
+                &[(alternative("x"), tried(0.3, 1.0))],
+                "the returns"
+            ),
+            None,
+            "does not fit"
+        );
+    }
+}

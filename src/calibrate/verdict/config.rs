@@ -1,0 +1,64 @@
+//! The `[verdict]` section of a survey file.
+
+use crate::survey::limits::{ABOVE, Limits, WIDTH, limits};
+use crate::survey::schema::Kind;
+use crate::survey::section::section;
+
+/// Codes of the findings that `accept` may name.
+pub const CODES: &[&str] = &[
+    "latency",
+    "range_scale",
+    "range_offset",
+    "beam_angle_scale",
+    "sound_speed_gradient",
+    "laser_latency",
+    "laser_range_offset",
+    "scanner_mounting",
+    "attitude_scale",
+    "attitude_offset",
+    "mounting_of_pass",
+    "datum_of_pass",
+    "face_offset",
+    "prior",
+    "variance_factor",
+    "noise",
+    "trajectory",
+    "pass",
+    "face",
+    "size",
+    "share",
+    "axes_gap",
+    "ins_attitude",
+    "rail_element",
+    "table",
+    "attitude",
+    "heading_scale",
+    "beacon",
+];
+
+const VARIANCE: Limits = limits(ABOVE, 1e6, "a factor above 0 and up to 1000000");
+const SHARE: Limits = limits(0.0, 1.0, "a share from 0 to 1");
+
+section! {
+    #[settings]
+    /// Limits of the verdict, and findings that the surveyor accepts.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct VerdictConfig {
+        /// Codes of findings that do not take "usable" away.
+        accept: Vec<String> = or (vec![]), Kind::Words(CODES);
+        /// Smallest variance factor that is let pass.
+        least_variance_factor: f64 = or (0.75), Kind::Number(VARIANCE);
+        /// Largest one.
+        most_variance_factor: f64 = or (1.25), Kind::Number(VARIANCE);
+        /// A correction of the mounting beyond this is suspicious, degrees.
+        max_correction_deg: f64 = or (10.0), Kind::Number(limits(ABOVE, 180.0, "degrees above 0 and up to 180"));
+        /// A correction of the lever arm beyond this is suspicious, metres.
+        max_correction_m: f64 = or (0.5), Kind::Number(limits(ABOVE, 1000.0, "metres above 0 and up to 1000"));
+        /// A prior that moves by more of its own standard deviations contradicts the data.
+        max_prior_sigmas: f64 = or (5.0), Kind::Number(WIDTH);
+        /// Below this share of its observations a sensor has not been understood.
+        least_share: f64 = or (0.5), Kind::Number(SHARE);
+        /// Below this share there is something to look at.
+        good_share: f64 = or (0.8), Kind::Number(SHARE);
+    }
+}

@@ -1,0 +1,226 @@
+//! Doubts: unknowns that the model could have and has not, each by its score test.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::adjust::{
+    AdjustError, Component, Problem, Score, ScoreColumns, ScoreOptions, Scores, Solution, Suspect,
+    Unit, score_tests,
+};
+use crate::results::{Finding, Severity};
+use crate::units::with_sigma;
+
+/// Error probability of the score tests of all doubts of a survey together.
+const FAMILY_ALPHA: f64 = 1e-3;
+/// Doubts that are named at the most.
+const MOST_NAMED: usize = 3;
+/// A doubt whose effect on every parameter stays below this many sigmas withdraws nothing.
+const MATTERS_SIGMAS: f64 = 1.0;
+
+/// An unknown that the model could have.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Doubt {
+    /// Code of its finding, as `[verdict] accept` takes it.
+    pub code: String,
+    /// What would be estimated, in words ("the sounder's stamps are late").
+    pub what: String,
+    /// Its components, in the order of its columns.
+    pub components: Vec<Component>,
+    /// What to do.
+    pub advice: String,
+}
+
+impl Doubt {
+    /// A doubt of one component.
+    #[must_use]
+    pub fn single(code: &str, what: &str, unit: Unit, advice: &str) -> Self {
+        Self::several(code, what, vec![Component::new(code, unit)], advice)
+    }
+
+    /// A doubt of several components.
+    #[must_use]
+    pub fn several(code: &str, what: &str, components: Vec<Component>, advice: &str) -> Self {
+        Doubt {
+            code: code.to_owned(),
+            what: what.to_owned(),
+            components,
+            advice: advice.to_owned(),
+        }
+    }
+}
+
+/// What a score test says of an unknown, significant or not: its bound.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bound {
+    /// Code of the doubt.
+    pub code: String,
+    /// One-step estimates with their standard deviations, in words.
+    pub estimate: String,
+    /// Chi-square of the score test.
+    pub chi_square: f64,
+    /// Its degrees of freedom.
+    pub degrees_of_freedom: usize,
+    /// Probability of a larger value by chance.
+    pub p_value: f64,
+    /// Largest change of a sought parameter, in its sigmas, if it were estimated.
+    pub largest_effect_in_sigmas: f64,
+}
+
+/// Doubts tested: those that are significant as findings, all of them as bounds.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Doubted {
+    /// Significant ones, most significant first.
+    pub findings: Vec<Finding>,
+    /// All that could be tested.
+    pub bounds: Vec<Bound>,
+}
+
+/// The parameters sought: name and column.
+pub type Sought = [(String, usize)];
+
+/// Tests doubts at a solution. `columns` gives their derivatives per set of conditions, `misfit` the weighted squares and redundancy.
+///
+/// # Errors
+/// Those of [`score_tests`].
+pub fn test(
+    (problem, solution): (&Problem, &Solution),
+    doubts: &[Doubt],
+    columns: &[Option<&dyn ScoreColumns>],
+    sought: &Sought,
+    misfit: (f64, f64),
+) -> Result<Doubted, AdjustError> {
+    let suspects: Vec<Suspect> = doubts
+        .iter()
+        .map(|doubt| Suspect {
+            name: doubt.what.clone(),
+            components: doubt.components.clone(),
+        })
+        .collect();
+    let options = ScoreOptions {
+        family_alpha: FAMILY_ALPHA,
+        most_guilty: MOST_NAMED,
+        misfit,
+    };
+    let scores = score_tests(problem, solution, &suspects, columns, &options)?;
+    Ok(worded(&scores, doubts, solution, sought))
+}
+
+fn worded(scores: &Scores, doubts: &[Doubt], solution: &Solution, sought: &Sought) -> Doubted {
+    let effect = |score: &Score| effect_in_sigmas(score, solution, sought);
+    let finding =
+        |score: &Score| guilty(score, &doubts[score.suspect], effect(score), doubts.len());
+    let bound = |score: &Score| Bound {
+        code: doubts[score.suspect].code.clone(),
+        estimate: figures(score, &doubts[score.suspect]),
+        chi_square: score.statistic,
+        degrees_of_freedom: score.degrees,
+        p_value: score.p_value,
+        largest_effect_in_sigmas: effect(score)
+            .values()
+            .fold(0.0, |most, e| most.max(e.abs())),
+    };
+    Doubted {
+        findings: scores.guilty.iter().map(finding).collect(),
+        bounds: scores.alone.iter().map(bound).collect(),
+    }
+}
+
+fn effect_in_sigmas(score: &Score, solution: &Solution, sought: &Sought) -> BTreeMap<String, f64> {
+    let one = |(name, column): &(String, usize)| {
+        let sigma = solution.cofactor[(*column, *column)].sqrt();
+        (sigma > 0.0).then(|| (name.clone(), score.effect[*column] / sigma))
+    };
+    sought.iter().filter_map(one).collect()
+}
+
+fn guilty(score: &Score, doubt: &Doubt, effect: BTreeMap<String, f64>, tests: usize) -> Finding {
+    let matters = effect.values().any(|sigmas| sigmas.abs() > MATTERS_SIGMAS);
+    let severity = if matters {
+        Severity::Withdraws
+    } else {
+        Severity::Finding
+    };
+    let seen = format!(
+        "{}: {} (chi-square {:.0} on {})",
+        doubt.what,
+        figures(score, doubt),
+        score.statistic,
+        score.degrees
+    );
+    let threshold = format!(
+        "{} % error probability for all {tests} such tests together, and an effect of {MATTERS_SIGMAS} sigma",
+        100.0 * FAMILY_ALPHA
+    );
+    Finding::new(&doubt.code, severity, seen, threshold, doubt.advice.clone()).with_effect(effect)
+}
+
+/// One-step estimates with their sigmas in units that readers expect.
+fn figures(score: &Score, doubt: &Doubt) -> String {
+    let several = doubt.components.len() > 1;
+    let pairs = score
+        .estimate
+        .iter()
+        .zip(&score.sigma)
+        .zip(&doubt.components);
+    let parts: Vec<String> = pairs
+        .filter(|((_, sigma), _)| **sigma > 0.0)
+        .map(|((estimate, sigma), component)| {
+            let (scale, unit) = readable(component.unit);
+            let figure = format!("{} {unit}", with_sigma(scale * estimate, scale * sigma));
+            if several {
+                format!("{} {figure}", component.name)
+            } else {
+                figure
+            }
+        })
+        .collect();
+    parts.join(", ")
+}
+
+fn readable(unit: Unit) -> (f64, &'static str) {
+    match unit {
+        Unit::Radian => (180.0 / std::f64::consts::PI, "deg"),
+        Unit::Metre => (1e3, "mm"),
+        Unit::Second => (1e3, "ms"),
+        Unit::One => (100.0, "%"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_stand_in_the_units_of_the_boat() {
+        let doubt = Doubt::single(
+            "latency",
+            "the sounder's stamps are late",
+            Unit::Second,
+            "set latency = true",
+        );
+        let score = Score {
+            suspect: 0,
+            statistic: 1031.0,
+            degrees: 1,
+            p_value: 0.0,
+            estimate: vec![0.0193],
+            sigma: vec![0.0006],
+            effect: vec![],
+        };
+        assert_eq!(figures(&score, &doubt), "19.30 ± 0.60 ms");
+        let effect = BTreeMap::from([("yaw".to_owned(), -4.0)]);
+        let finding = guilty(&score, &doubt, effect, 12);
+        assert_eq!(finding.severity, Severity::Withdraws);
+        assert!(
+            finding.seen.contains("chi-square 1031 on 1"),
+            "{}",
+            finding.seen
+        );
+        let small = BTreeMap::from([("yaw".to_owned(), 0.4)]);
+        assert_eq!(
+            guilty(&score, &doubt, small, 12).severity,
+            Severity::Finding
+        );
+    }
+}

@@ -1,0 +1,448 @@
+//! What speaks against a USBL calibration: its doubts, parts, shares and discrete mistakes, handed to the common verdict.
+//!
+//! Columns of the score tests, `a` being the derivative of a direction's condition by a turn of the body in the level frame, `t` the same
+//! in the body's axes, `w` the body's rate:
+//!
+//! | unknown | column |
+//! |---|---|
+//! | stamps of the fixes late against the attitude | `-a . w` |
+//! | offset of the range | `-1` |
+//! | scale of roll and pitch, and what each takes from the other | `roll t . y`, `pitch t . x'`, `pitch t . y`, `roll t . x'` |
+//! | scale of heading | `heading a . up`, clockwise |
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::UsblInput;
+use super::conditions::{ANGLES, Blocks, PER_FIX, RANGES};
+use super::joint::{self, JointOutcome, sought};
+use super::scene::Scene;
+use crate::adjust::{
+    AdjustError, Component, FitTest, ParameterSet, Problem, Quality, Row, ScoreColumns, Solution,
+    Solved, Unit, beside_conditions, prior_tests,
+};
+use crate::calibrate::verdict::alternatives::best;
+use crate::calibrate::verdict::bounds::{Correction, Share, share, size};
+use crate::calibrate::verdict::doubts::{self, Doubt, Doubted};
+use crate::calibrate::verdict::fit::{self, Part};
+use crate::calibrate::verdict::{Alternative, Tried, VerdictConfig, accepted};
+use crate::geometry::rotation::{from_attitude, log, to_attitude};
+use crate::observe::Trajectory;
+use crate::observe::usbl::UsblCampaign;
+use crate::results::{Finding, Severity};
+
+/// Seconds before and after a fix over which the body's rate is taken.
+const HALF_S: f64 = 0.1;
+
+/// A solution with what it is judged by.
+pub(super) struct Case<'a> {
+    pub(super) scene: &'a Scene<'a>,
+    pub(super) blocks: &'a Blocks,
+    pub(super) solution: &'a Solution,
+    pub(super) quality: &'a Quality,
+    /// Rows of the fixes used.
+    pub(super) used: &'a [u32],
+    /// Limits.
+    pub(super) config: &'a VerdictConfig,
+}
+
+/// The doubts of a USBL calibration.
+struct Doubts<'a> {
+    scene: &'a Scene<'a>,
+    used: &'a [u32],
+    /// Column of the datum's turn, whose derivatives a row holds.
+    datum: usize,
+    rates: Vec<Vector3<f64>>,
+}
+
+fn list() -> Vec<Doubt> {
+    let scales = [
+        "roll scale",
+        "pitch scale",
+        "roll by pitch",
+        "pitch by roll",
+    ];
+    vec![
+        Doubt::single(
+            "latency",
+            "the fixes' stamps look late against the attitude",
+            Unit::Second,
+            "correct [fixes] time_offset_s, or check the attitude sensor's clock",
+        ),
+        Doubt::single(
+            "range_offset",
+            "the ranges want to be longer by a constant",
+            Unit::Metre,
+            "check the transponders' turn-around time",
+        ),
+        Doubt::several(
+            "attitude_scale",
+            "roll and pitch do not turn the boat as they say",
+            scales.map(|name| Component::new(name, Unit::One)).to_vec(),
+            "check signs, order and unit of roll and pitch, and the axes of the attitude sensor (-200 % is a wrong sign)",
+        ),
+        Doubt::single(
+            "heading_scale",
+            "heading does not turn the boat as it says",
+            Unit::One,
+            "check the sign and unit of heading (-200 % is a wrong sign)",
+        ),
+    ]
+}
+
+impl<'a> Doubts<'a> {
+    fn of(scene: &'a Scene<'a>, used: &'a [u32], blocks: &Blocks, x: &ParameterSet) -> Self {
+        let rate = |fix: &u32| {
+            rate(
+                &scene.campaign.attitude,
+                scene.campaign.fixes.time_s[*fix as usize],
+            )
+        };
+        Self {
+            scene,
+            used,
+            datum: x.offset(blocks.datum),
+            rates: used.iter().map(rate).collect(),
+        }
+    }
+}
+
+/// The body's rate in the level frame, radians per second; zero at the ends of the record.
+fn rate(attitude: &Trajectory, time_s: f64) -> Vector3<f64> {
+    let pair = (
+        attitude.pose_at(time_s - HALF_S),
+        attitude.pose_at(time_s + HALF_S),
+    );
+    let (Ok(before), Ok(after)) = pair else {
+        return Vector3::zeros();
+    };
+    log(&(after.rotation * before.rotation.transpose())) / (2.0 * HALF_S)
+}
+
+impl ScoreColumns for Doubts<'_> {
+    fn derive(&self, k: usize, _: &Solved, row: &Row, push: &mut dyn FnMut(usize, f64)) {
+        if k.is_multiple_of(PER_FIX) {
+            push(1, -1.0);
+            return;
+        }
+        let fix = k / PER_FIX;
+        let Some(first) = row
+            .columns()
+            .iter()
+            .position(|c| usize::from(*c) == self.datum)
+        else {
+            return;
+        };
+        let by_turn = Vector3::from_column_slice(&row.values()[first..first + 3]);
+        let pose = &self.scene.poses[self.used[fix] as usize];
+        let (roll, pitch, heading) = to_attitude(&pose.rotation);
+        let in_body = pose.rotation.tr_mul(&by_turn);
+        let by_pitch = in_body.x * roll.cos() + in_body.z * roll.sin();
+        push(0, -by_turn.dot(&self.rates[fix]));
+        push(2, in_body.y * roll);
+        push(3, by_pitch * pitch);
+        push(4, in_body.y * pitch);
+        push(5, by_pitch * roll);
+        push(6, -by_turn.z * heading);
+    }
+}
+
+impl Case<'_> {
+    /// Findings in the order of their importance, and the bounds of every doubt.
+    pub(super) fn heard(&self, problem: &Problem) -> Result<Doubted, AdjustError> {
+        let doubted = self.doubts(problem)?;
+        let mut findings = doubted.findings;
+        let all = Share {
+            name: "fixes of common beacons".to_owned(),
+            candidates: self.scene.common.len(),
+            used: self.used.len(),
+        };
+        findings.extend(share(&all, self.config));
+        findings.extend(fit::priors(&prior_tests(self.solution), self.config));
+        let (whole, parts) = self.fits()?;
+        findings.extend(fit::whole(&whole, self.config));
+        findings.extend(fit::parts(&parts, self.config));
+        findings.extend(size(&self.correction(), self.config));
+        findings.extend(self.beacons(self.config));
+        Ok(Doubted {
+            findings: accepted(findings, self.config),
+            bounds: doubted.bounds,
+        })
+    }
+
+    fn doubts(&self, problem: &Problem) -> Result<Doubted, AdjustError> {
+        let x = &self.solution.estimate.parameters;
+        let columns = Doubts::of(self.scene, self.used, self.blocks, x);
+        let names = sought().into_iter().take(3).enumerate();
+        let wanted: Vec<(String, usize)> =
+            names.map(|(i, (name, _))| (name.to_owned(), i)).collect();
+        let global = &self.quality.global;
+        let misfit = (global.omega, global.degrees_of_freedom);
+        doubts::test(
+            (problem, self.solution),
+            &list(),
+            &[Some(&columns)],
+            &wanted,
+            misfit,
+        )
+    }
+
+    fn fits(&self) -> Result<(FitTest, Vec<Part>), AdjustError> {
+        let kernel = self.solution.kernel;
+        let part = |code, name: String, test, advice: &str, strict| Part {
+            code,
+            name,
+            test,
+            advice: advice.to_owned(),
+            strict,
+        };
+        let mut parts = vec![];
+        for group in &self.quality.groups {
+            let test = FitTest::of(group, kernel);
+            parts.push(match group.group {
+                RANGES => part(
+                    "noise",
+                    "the ranges".to_owned(),
+                    test,
+                    "check [fixes] range_sigma_m and the sound speed",
+                    true,
+                ),
+                ANGLES => part(
+                    "noise",
+                    "the angles".to_owned(),
+                    test,
+                    "check [fixes] angle_sigma_deg, and the attitude's signs and noise",
+                    true,
+                ),
+                _ => continue,
+            });
+        }
+        let known: f64 = parts.iter().map(|part| part.test.redundancy).sum();
+        let left = self.quality.global.degrees_of_freedom - known;
+        let (priors, chain) = beside_conditions(self.solution, left)?;
+        let whole = parts
+            .iter()
+            .fold(priors.with(chain), |all, part| all.with(part.test));
+        let advice = "check the attitude's standard deviations; is its noise white, or does it wander (coloured noise)?";
+        parts.push(part(
+            "attitude",
+            "the attitude's estimated errors".to_owned(),
+            chain,
+            advice,
+            false,
+        ));
+        for cell in &self.quality.cells {
+            let Some(beacon) = self.scene.campaign.beacons.get(usize::from(cell.group)) else {
+                continue;
+            };
+            let name = format!("the fixes of beacon {}", beacon.point.name);
+            parts.push(part(
+                "beacon",
+                name,
+                FitTest::of(cell, kernel),
+                "check its coordinates and its signal",
+                false,
+            ));
+        }
+        Ok((whole, parts))
+    }
+
+    fn correction(&self) -> Correction {
+        let found = self
+            .solution
+            .estimate
+            .parameters
+            .rotation(self.blocks.mounting);
+        let turn: Matrix3<f64> = found * self.scene.campaign.nominal.transpose();
+        Correction {
+            name: "the transducer".to_owned(),
+            turn_rad: log(&turn).norm(),
+            arm_m: 0.0,
+        }
+    }
+
+    /// Beacons most of whose fixes were rejected.
+    fn beacons(&self, config: &VerdictConfig) -> Vec<Finding> {
+        let fixes = &self.scene.campaign.fixes;
+        let of = |rows: &[u32], beacon: u32| {
+            rows.iter()
+                .filter(|fix| fixes.beacon[**fix as usize] == beacon)
+                .count()
+        };
+        let one = |beacon: u32| {
+            let (all, used) = (of(&self.scene.common, beacon), of(self.used, beacon));
+            let few = (used as f64) < config.least_share * all as f64;
+            few.then(|| {
+                let name = &self.scene.campaign.beacons[beacon as usize].point.name;
+                let seen = if used == 0 {
+                    format!("all {all} fixes of beacon {name} disagree with the rest and were rejected")
+                } else {
+                    format!("{} of {all} fixes of beacon {name} disagree with the rest and were rejected", all - used)
+                };
+                let advice = "has the beacon moved, or are its coordinates wrong? Survey it again, or give it the role check";
+                let threshold = format!("{:.0} % of a beacon's fixes", 100.0 * config.least_share);
+                Finding::new("beacon", Severity::Finding, seen, threshold, advice)
+            })
+        };
+        self.scene
+            .common_beacons()
+            .into_iter()
+            .filter_map(one)
+            .collect()
+    }
+}
+
+impl JointOutcome {
+    /// The gravest finding, if it withdraws "usable".
+    #[must_use]
+    pub fn withdrawn(&self) -> Option<&Finding> {
+        self.doubted
+            .findings
+            .iter()
+            .find(|finding| finding.withdraws())
+    }
+
+    fn tried(&self, scene: &Scene) -> Tried {
+        Tried {
+            share: self.used.len() as f64 / scene.common.len().max(1) as f64,
+            variance_factor: self
+                .judgement
+                .as_ref()
+                .map(|j| j.quality.global.variance_factor),
+        }
+    }
+}
+
+/// Names the discrete mistake that turns the misfit of a USBL calibration into a fit, if there is one.
+#[must_use]
+pub fn named(input: &UsblInput, scene: &Scene, as_given: Option<&JointOutcome>) -> Option<Finding> {
+    let given = as_given.map_or(Tried::default(), |joint| joint.tried(scene));
+    let tried: Vec<(Alternative, Tried)> = mistakes()
+        .into_iter()
+        .filter_map(|(alternative, undo)| {
+            let mut campaign = input.campaign.clone();
+            undo(&mut campaign);
+            let scene = Scene::new(&campaign).ok()?;
+            let found = joint::run(&scene, &input.joint).ok()??;
+            Some((alternative, found.tried(&scene)))
+        })
+        .collect();
+    best(&given, &tried, "the fixes of common beacons")
+}
+
+type Undo = fn(&mut UsblCampaign);
+
+fn mistakes() -> Vec<(Alternative, Undo)> {
+    let one = |code, words: &str, advice, undo: Undo| {
+        let words = words.to_owned();
+        (
+            Alternative {
+                code,
+                words,
+                advice,
+            },
+            undo,
+        )
+    };
+    vec![
+        one(
+            "attitude_in_radians",
+            "with roll, pitch and heading taken as radians",
+            "roll, pitch and heading look like radians: the attitude in radians is read as degrees",
+            |c| {
+                turned(c, |(roll, pitch, heading)| {
+                    (roll.to_degrees(), pitch.to_degrees(), heading.to_degrees())
+                });
+            },
+        ),
+        one(
+            "sign_of_roll",
+            "with the sign of roll reversed",
+            "check the sign of roll: positive is starboard down",
+            |c| {
+                turned(c, |(roll, pitch, heading)| (-roll, pitch, heading));
+            },
+        ),
+        one(
+            "sign_of_pitch",
+            "with the sign of pitch reversed",
+            "check the sign of pitch: positive is bow up",
+            |c| {
+                turned(c, |(roll, pitch, heading)| (roll, -pitch, heading));
+            },
+        ),
+        one(
+            "sign_of_heading",
+            "with the sign of heading reversed",
+            "check the sign of heading: clockwise from north",
+            |c| {
+                turned(c, |(roll, pitch, heading)| (roll, pitch, -heading));
+            },
+        ),
+        one(
+            "roll_and_pitch_exchanged",
+            "with roll and pitch exchanged",
+            "check the order of the columns roll and pitch",
+            |c| {
+                turned(c, |(roll, pitch, heading)| (pitch, roll, heading));
+            },
+        ),
+        one(
+            "sign_of_x",
+            "with the fixes' x reversed",
+            "check the fixes' axes: x is right",
+            |c| {
+                c.fixes.direction.iter_mut().for_each(|d| d.x = -d.x);
+            },
+        ),
+        one(
+            "sign_of_y",
+            "with the fixes' y reversed",
+            "check the fixes' axes: y is forward",
+            |c| {
+                c.fixes.direction.iter_mut().for_each(|d| d.y = -d.y);
+            },
+        ),
+        one(
+            "axes_exchanged",
+            "with the fixes' x and y exchanged",
+            "check the fixes' axes: x is right, y is forward",
+            |c| {
+                c.fixes.direction.iter_mut().for_each(|d| d.swap_rows(0, 1));
+            },
+        ),
+        one(
+            "two_way_time",
+            "with the travel times halved",
+            "the travel times look like two-way times",
+            |c| {
+                c.fixes.travel_time_s.iter_mut().for_each(|t| *t *= 0.5);
+            },
+        ),
+        one(
+            "half_time",
+            "with the travel times doubled",
+            "the travel times are half as long as they fit",
+            |c| {
+                c.fixes.travel_time_s.iter_mut().for_each(|t| *t *= 2.0);
+            },
+        ),
+    ]
+}
+
+/// Changes every attitude's roll, pitch and heading.
+fn turned(campaign: &mut UsblCampaign, change: fn((f64, f64, f64)) -> (f64, f64, f64)) {
+    let record = &campaign.attitude;
+    let attitudes = record.attitudes().iter().map(|r| {
+        let (roll, pitch, heading) = change(to_attitude(r));
+        from_attitude(roll, pitch, heading)
+    });
+    let attitudes = attitudes.collect();
+    // gaps were judged when the fixes got their attitude
+    campaign.attitude = Trajectory::new(
+        record.times_s().to_vec(),
+        record.positions_m().to_vec(),
+        attitudes,
+        None,
+        f64::INFINITY,
+    );
+}

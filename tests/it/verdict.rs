@@ -1,0 +1,181 @@
+//! Wrong inputs must not pass as a result, and right ones must: each mistake is made to a simulated survey in memory.
+
+use boresight::geometry::ellipsoid::TargetPose;
+use boresight::observe::{Campaign, SoundingRange};
+use boresight::procedures::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
+use boresight::results::{Verdict, VerdictState};
+use boresight::simulate::{Scenario, Simulated, simulate};
+use nalgebra::Vector3;
+
+const ONE: &str = include_str!("../../models/scenarios/single-pass-thin.toml");
+const THREE: &str = include_str!("../../models/scenarios/three-pass-thin.toml");
+
+fn survey(text: &str, seed: u64) -> Simulated {
+    let scenario = Scenario::from_toml(text).expect("a scenario");
+    simulate(&scenario, seed).expect("a survey")
+}
+
+/// The verdict on a survey after something was done to it.
+fn verdict_with(
+    text: &str,
+    joint: &JointConfig,
+    spoil: impl FnOnce(&mut Campaign, &mut TargetPose),
+) -> Verdict {
+    let mut survey = survey(text, 3);
+    spoil(&mut survey.campaign, &mut survey.prior);
+    let input = PoolInput {
+        campaign: &survey.campaign,
+        target: &survey.target,
+        prior: &survey.prior,
+        method: Method::Joint,
+        sequential: &SequentialConfig::default(),
+        joint,
+        seed: 1,
+    };
+    calibrate(&input, &|_| {}).expect("a run").verdict()
+}
+
+fn verdict(text: &str, spoil: impl FnOnce(&mut Campaign)) -> Verdict {
+    verdict_with(text, &JointConfig::default(), |campaign, _| spoil(campaign))
+}
+
+fn scaled(values: &mut [f64], factor: f64) {
+    values.iter_mut().for_each(|value| *value *= factor);
+}
+
+fn ranges(campaign: &mut Campaign, factor: f64) {
+    if let SoundingRange::Metres(values) = &mut campaign.soundings.range {
+        scaled(values, factor);
+    }
+}
+
+/// The first finding withdraws "usable" and is one of these.
+fn assert_named(verdict: &Verdict, codes: &[&str]) {
+    assert!(!verdict.state.is_usable(), "{verdict:?}");
+    let first = &verdict.findings[0];
+    assert!(codes.contains(&first.code.as_str()), "{first:#?}");
+}
+
+#[test]
+fn right_surveys_are_usable() {
+    for text in [ONE, THREE] {
+        let found = verdict(text, |_| {});
+        assert_eq!(found.state, VerdictState::Usable, "{found:#?}");
+    }
+}
+
+#[test]
+fn a_late_clock_is_named_with_its_size() {
+    let late = |campaign: &mut Campaign| {
+        campaign
+            .soundings
+            .time_s
+            .iter_mut()
+            .for_each(|t| *t += 0.03);
+    };
+    let found = verdict(THREE, late);
+    assert_named(&found, &["latency"]);
+    let seen = &found.findings[0].seen;
+    let figure = seen.split(": ").nth(1).and_then(|s| s.split(' ').next());
+    let late_ms: f64 = figure.and_then(|s| s.parse().ok()).expect("a figure");
+    assert!((late_ms - 30.0).abs() < 5.0, "{seen}");
+}
+
+/// What the surveyor accepts is listed and no longer withdraws.
+#[test]
+fn an_accepted_finding_is_listed() {
+    let mut joint = JointConfig::default();
+    joint.verdict.accept = ["latency", "attitude_scale", "datum_of_pass"]
+        .map(str::to_owned)
+        .to_vec();
+    let found = verdict_with(THREE, &joint, |campaign, _| {
+        campaign
+            .soundings
+            .time_s
+            .iter_mut()
+            .for_each(|t| *t += 0.004);
+    });
+    let latency = found.findings.iter().find(|f| f.code == "latency");
+    assert!(
+        latency.is_some_and(|f| f.accepted && !f.withdraws()),
+        "{found:#?}"
+    );
+}
+
+#[test]
+fn a_wrong_sound_speed_is_named() {
+    let found = verdict(THREE, |campaign| ranges(campaign, 1.01));
+    assert_named(&found, &["range_scale", "range_offset"]);
+}
+
+/// The pole slips by 0.3 deg and 3 cm before the last of three passes.
+#[test]
+fn the_pass_of_a_slipped_pole_is_named() {
+    let scenario = Scenario::from_toml(THREE).expect("a scenario");
+    let before = simulate(&scenario, 3).expect("a survey");
+    let mut slipped = scenario.clone();
+    slipped.truth.lever_arm_correction_m[0] += 0.03;
+    slipped.truth.correction_deg.roll += 0.3;
+    let after = simulate(&slipped, 3).expect("a survey");
+    let found = verdict(THREE, |campaign| {
+        let last = after.campaign.soundings.time_s.len() * 2 / 3;
+        let begin_s = after.campaign.soundings.time_s[last];
+        splice(campaign, &before.campaign, &after.campaign, begin_s - 10.0);
+    });
+    assert_named(&found, &["mounting_of_pass"]);
+    assert!(
+        found.findings[0].seen.contains("pass 3"),
+        "{}",
+        found.findings[0].seen
+    );
+}
+
+/// Soundings of one survey until a moment, of another after it.
+fn splice(into: &mut Campaign, first: &Campaign, second: &Campaign, at_s: f64) {
+    let mut soundings = first.soundings.clone();
+    let keep = first.soundings.time_s.partition_point(|t| *t < at_s);
+    let from = second.soundings.time_s.partition_point(|t| *t < at_s);
+    let join = |a: &[f64], b: &[f64]| [&a[..keep], &b[from..]].concat();
+    let (a, b) = (&first.soundings, &second.soundings);
+    soundings.time_s = join(&a.time_s, &b.time_s);
+    soundings.across_rad = join(&a.across_rad, &b.across_rad);
+    soundings.along_rad = join(&a.along_rad, &b.along_rad);
+    soundings.ping = [&a.ping[..keep], &b.ping[from..]].concat();
+    soundings.beam = [&a.beam[..keep], &b.beam[from..]].concat();
+    soundings.range = SoundingRange::Metres(join(a.range.values(), b.range.values()));
+    into.soundings = soundings;
+}
+
+#[test]
+fn signs_and_order_of_the_attitude_are_named() {
+    let roll = verdict(ONE, |campaign| {
+        scaled(&mut campaign.trajectory.roll_rad, -1.0)
+    });
+    assert_named(&roll, &["sign_of_roll"]);
+    let pitch = verdict(ONE, |campaign| {
+        scaled(&mut campaign.trajectory.pitch_rad, -1.0)
+    });
+    assert_named(&pitch, &["sign_of_pitch", "attitude_scale"]);
+    let exchanged = verdict(ONE, |campaign| {
+        let t = &mut campaign.trajectory;
+        std::mem::swap(&mut t.roll_rad, &mut t.pitch_rad);
+    });
+    assert_named(&exchanged, &["roll_and_pitch_exchanged"]);
+}
+
+#[test]
+fn units_and_axes_are_named() {
+    let doubled = verdict(ONE, |campaign| ranges(campaign, 2.0));
+    assert_named(&doubled, &["range_doubled"]);
+    let feet = verdict(ONE, |campaign| ranges(campaign, 1.0 / 0.3048));
+    assert_named(&feet, &["range_unit"]);
+    let arm = verdict(ONE, |campaign| {
+        let arm = campaign.scanner.lever_arm_m;
+        campaign.scanner.lever_arm_m = Vector3::new(arm.y, arm.x, -arm.z);
+    });
+    assert_named(&arm, &["axes_of_scanner_arm"]);
+    let azimuth = verdict_with(ONE, &JointConfig::default(), |_, prior| {
+        prior.azimuth_rad += std::f64::consts::PI;
+    });
+    assert_named(&azimuth, &["target_azimuth"]);
+}
