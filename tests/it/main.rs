@@ -39,6 +39,8 @@ mod recorders_mutants;
 mod recorders_real;
 mod report;
 mod scenarios;
+#[cfg(feature = "cli")]
+mod seabed;
 mod sequential_path;
 mod simulate;
 mod simulate_rays;
@@ -49,8 +51,6 @@ mod usbl;
 #[cfg(feature = "cli")]
 mod usbl_cli;
 mod usbl_real;
-mod week;
-#[cfg(feature = "cli")]
-mod seabed;
 #[cfg(feature = "cli")]
 mod verdict;
+mod week;

@@ -1,6 +1,5 @@
 //! The seabed commands end to end: files, exit codes, bytes, refusals, messages.
 
-
 use std::path::Path;
 
 use crate::common::{run, simulated, words};

@@ -35,7 +35,7 @@ pub struct SeabedOutcome {
 #[must_use]
 pub fn calibrate(input: &SeabedInput<'_>) -> SeabedOutcome {
     let scene = input.scene;
-    let found = (input.method != Method::Sequential).then(|| joint(scene, input.joint));
+    let found = (input.method != Method::Reference).then(|| joint(scene, input.joint));
     let met = match &found {
         Some(Ok(found)) => Ok(Overlap {
             alive: found.alive.clone(),
