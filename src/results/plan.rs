@@ -16,6 +16,8 @@ pub struct PlanResult {
     pub format_version: u32,
     /// Name of the scenario.
     pub scenario: String,
+    /// Digest of its content, the seed apart.
+    pub scenario_sha256: String,
     /// The program that made the plan.
     pub software: Software,
     /// The command that makes it again.

@@ -121,7 +121,7 @@ fn plan_value() -> Value {
     let pass = |d: f64, crab: f64| json!({"name": format!("{d} m"), "distance_m": d, "from_m": -9.0, "to_m": 9.0, "speed_m_s": 0.5, "crab_deg": crab});
     let candidate = |d: f64| json!({"pass": pass(d, 5.0), "soundings": 500, "returns": 600, "standard_deviation_if_next": six(SIGMA.map(|s| s * 0.7))});
     json!({
-        "format_version": 2, "parameters": parameters(), "scenario": "a scenario", "software": {"name": "boresight", "version": "0.0.0"}, "command": "boresight plan a.toml",
+        "format_version": 2, "parameters": parameters(), "scenario": "a scenario", "scenario_sha256": "00", "software": {"name": "boresight", "version": "0.0.0"}, "command": "boresight plan a.toml",
         "criterion": "d", "wanted": six([0.015, 0.015, 0.015, 0.0012, 0.0012, 0.0012]), "sailed": [pass(6.0, 0.0)],
         "sailed_standard_deviation": six(SIGMA),
         "candidates": [candidate(4.0), candidate(9.0), {"pass": pass(80.0, 0.0), "soundings": 0, "returns": 0, "standard_deviation_if_next": null, "refusal": "out of range"}],

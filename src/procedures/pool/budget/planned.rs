@@ -6,7 +6,9 @@ use rayon::prelude::*;
 use super::fusion::sigmas;
 use super::passes::{PassError, predicted};
 use super::plan::{Candidate, Plan, PlanRequest, name, plan};
+use super::trials::content;
 use crate::calibrate::vary::Point;
+use crate::formats::digest::sha256_of;
 use crate::procedures::pool::JointConfig;
 use crate::results::{
     BudgetParameter, Figures, PLAN_FORMAT_VERSION, PlanCandidate, PlanResult, PlanStep,
@@ -42,6 +44,7 @@ pub fn planned(
     Ok(PlanResult {
         format_version: PLAN_FORMAT_VERSION,
         scenario: scenario.name.clone(),
+        scenario_sha256: sha256_of(&content(scenario)),
         software: Software::this(),
         command: String::new(),
         criterion: request.criterion,

@@ -103,6 +103,15 @@ pub struct PoolTrials {
     pub configuration: Configuration,
 }
 
+/// A scenario as bytes, the seed apart: what a digest is taken of.
+pub(super) fn content(scenario: &Scenario) -> Vec<u8> {
+    let unseeded = Scenario {
+        seed: 0,
+        ..scenario.clone()
+    };
+    serde_json::to_vec(&unseeded).unwrap_or_default()
+}
+
 impl PoolTrials {
     /// The scenario with these sources.
     fn with(&self, sources: Acting) -> Scenario {
@@ -147,11 +156,7 @@ impl Tried for PoolTrials {
     }
 
     fn content(&self) -> Vec<u8> {
-        let unseeded = Scenario {
-            seed: 0,
-            ..self.scenario.clone()
-        };
-        serde_json::to_vec(&unseeded).unwrap_or_default()
+        content(&self.scenario)
     }
 
     fn check(&self) -> Result<(), String> {
