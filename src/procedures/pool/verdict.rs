@@ -304,7 +304,6 @@ impl PoolOutcome<'_> {
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         let joint = self.joint.as_ref();
-        let findings = joint.map_or(&[][..], |joint| &joint.doubted.findings);
         let ending = match &self.refusal {
             None => Ending::Usable,
             Some(Refusal::DoesNotFit(first)) => Ending::Withdrawn(first),
@@ -317,7 +316,7 @@ impl PoolOutcome<'_> {
                 ),
             },
         };
-        concluded(ending, findings)
+        concluded(ending, joint.map(|joint| &joint.doubted))
     }
 }
 

@@ -31,15 +31,11 @@ use solutions::{joint, reference, unit};
 ///
 /// # Errors
 /// None for details made here; `serde_json` does not promise it.
-pub fn result(
-    outcome: &RailOutcome,
-    input: &RailInput,
-    provenance: Provenance,
-) -> serde_json::Result<Calibration> {
+pub fn result(outcome: &RailOutcome, provenance: Provenance) -> serde_json::Result<Calibration> {
     let scene = &outcome.scene;
     let reason = outcome.refusal.as_ref().map(ToString::to_string);
     let by_reference = outcome.reference.as_ref().map(|r| reference(r, scene));
-    let by_joint = outcome.joint.as_ref().map(|j| joint(j, outcome, input));
+    let by_joint = outcome.joint.as_ref().map(|j| joint(j, outcome));
     Ok(Calibration {
         schema: SCHEMA,
         procedure: "rail".to_owned(),
