@@ -161,7 +161,8 @@ fn figures(score: &Score, doubt: &Doubt) -> String {
     parts.join(", ")
 }
 
-fn readable(unit: Unit) -> (f64, &'static str) {
+/// Factor into the unit in which findings state a quantity, and that unit.
+pub(super) fn readable(unit: Unit) -> (f64, &'static str) {
     match unit {
         Unit::Radian => (180.0 / std::f64::consts::PI, "deg"),
         Unit::Metre => (1e3, "mm"),

@@ -16,7 +16,7 @@ use nalgebra::DVector;
 
 use super::joint::RailJoint;
 use super::reference::RailReference;
-use super::run::{RailInput, RailOutcome};
+use super::run::RailOutcome;
 use super::scene::RailScene;
 use super::trial::{corrections_from, names};
 use crate::calibrate::metric;
