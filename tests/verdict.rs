@@ -66,10 +66,10 @@ fn one_step_estimates_what_was_put_in() {
     let before = verdict(THREE, |_| {});
     let cases: [(&str, usize, f64, Spoil); 9] = [
         ("latency", 0, 0.002, |c| {
-            shifted(&mut c.soundings.time_s, 0.002)
+            shifted(&mut c.soundings.time_s, 0.002);
         }),
         ("laser_latency", 0, 0.002, |c| {
-            shifted(&mut c.laser.time_s, 0.002)
+            shifted(&mut c.laser.time_s, 0.002);
         }),
         ("range_scale", 0, -5e-4, |c| ranges(c, 1.000_5)),
         ("range_offset", 0, -0.003, |c| {
@@ -78,19 +78,19 @@ fn one_step_estimates_what_was_put_in() {
             }
         }),
         ("beam_angle_scale", 0, -1e-3, |c| {
-            scaled(&mut c.soundings.across_rad, 1.001)
+            scaled(&mut c.soundings.across_rad, 1.001);
         }),
         ("laser_range_offset", 0, -0.003, |c| {
-            longer_returns(c, 0.003)
+            longer_returns(c, 0.003);
         }),
         ("attitude_scale", 0, -0.01, |c| {
-            scaled(&mut c.trajectory.roll_rad, 1.01)
+            scaled(&mut c.trajectory.roll_rad, 1.01);
         }),
         ("attitude_scale", 1, -0.01, |c| {
-            scaled(&mut c.trajectory.pitch_rad, 1.01)
+            scaled(&mut c.trajectory.pitch_rad, 1.01);
         }),
         ("attitude_offset", 2, 5e-4, |c| {
-            shifted(&mut c.trajectory.heading_rad, 5e-4)
+            shifted(&mut c.trajectory.heading_rad, 5e-4);
         }),
     ];
     for (code, component, size, spoil) in cases {
@@ -224,11 +224,11 @@ fn splice(into: &mut Campaign, first: &Campaign, second: &Campaign, at_s: f64) {
 #[test]
 fn signs_and_order_of_the_attitude_are_named() {
     let roll = verdict(ONE, |campaign| {
-        scaled(&mut campaign.trajectory.roll_rad, -1.0)
+        scaled(&mut campaign.trajectory.roll_rad, -1.0);
     });
     assert_named(&roll, &["sign_of_roll"]);
     let pitch = verdict(ONE, |campaign| {
-        scaled(&mut campaign.trajectory.pitch_rad, -1.0)
+        scaled(&mut campaign.trajectory.pitch_rad, -1.0);
     });
     assert_named(&pitch, &["sign_of_pitch", "attitude_scale"]);
     let exchanged = verdict(ONE, |campaign| {

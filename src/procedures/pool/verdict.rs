@@ -207,7 +207,7 @@ impl Refusal {
         if wall.is_some_and(|g| planes[g].is_none()) || planes.iter().all(Option::is_none) {
             return Some(Self::NoWall);
         }
-        Self::of_water(scene, "laser returns", scene.return_heights_m(), -1.0)
+        Self::of_water(scene, "laser returns", &scene.return_heights_m(), -1.0)
             .or_else(|| planes::disagreement(scene, wide).map(Self::ScannerDisagrees))
     }
 
@@ -216,7 +216,7 @@ impl Refusal {
     pub fn of_water(
         scene: &Scene,
         what: &'static str,
-        heights_m: Vec<f64>,
+        heights_m: &[f64],
         side: f64,
     ) -> Option<Self> {
         let stated_m = scene.campaign.water_level_m;

@@ -436,8 +436,11 @@ fn mistakes() -> Vec<(Alternative, Undo)> {
     ]
 }
 
+/// Roll, pitch and heading, radians.
+type Angles = (f64, f64, f64);
+
 /// Changes every attitude's roll, pitch and heading.
-fn turned(campaign: &mut UsblCampaign, change: fn((f64, f64, f64)) -> (f64, f64, f64)) {
+fn turned(campaign: &mut UsblCampaign, change: fn(Angles) -> Angles) {
     let record = &campaign.attitude;
     let attitudes = record.attitudes().iter().map(|r| {
         let (roll, pitch, heading) = change(to_attitude(r));
