@@ -79,6 +79,16 @@ impl FitTest {
     }
 }
 
+impl FitTest {
+    /// Interval of the variance factor for a deviation of up to `critical` either way, if the stated noise is true.
+    #[must_use]
+    pub fn interval(&self, critical: f64) -> (f64, f64) {
+        let spread = self.sigma().powi(2) / 9.0;
+        let at = |deviation: f64| (1.0 - spread + deviation * spread.sqrt()).powi(3);
+        (at(-critical), at(critical))
+    }
+}
+
 /// A prior against what the data made of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PriorTest {
@@ -181,6 +191,16 @@ mod tests {
     use super::super::*;
     use super::*;
     use approx::assert_abs_diff_eq;
+
+    /// The interval holds what deviates less; for least squares it is that of chi-square to a few thousandths.
+    #[test]
+    fn the_interval_is_that_of_the_deviation() {
+        let (low, high) = FitTest::plain(60, 50.0, 50.0).interval(1.959_964);
+        assert_abs_diff_eq!(low, 32.357 / 50.0, epsilon = 2e-3);
+        assert_abs_diff_eq!(high, 71.420 / 50.0, epsilon = 2e-3);
+        let at_the_edge = FitTest::plain(60, 50.0 * high, 50.0);
+        assert_abs_diff_eq!(at_the_edge.deviation(), 1.959_964, epsilon = 1e-9);
+    }
 
     /// Least squares through the integral, and Huber's by the closed form of its two parts.
     #[test]

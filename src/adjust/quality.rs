@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::error::AdjustError;
+use super::fit_test::FitTest;
 use super::problem::Problem;
 use super::reliability::{ConditionQuality, Effect, GroupQuality, survey};
 use super::solve::{Solution, redundancy};
@@ -50,13 +51,13 @@ pub struct GlobalTest {
     pub degrees_of_freedom: f64,
     /// `omega / degrees_of_freedom`; NaN without redundancy.
     pub variance_factor: f64,
-    /// Interval the variance factor lies in if the model is true.
+    /// Interval the variance factor lies in if the model is true; under a kernel that of [`FitTest::interval`].
     pub interval: (f64, f64),
     /// Whether it does.
     pub passed: bool,
     /// Whether it lies within the practical bounds.
     pub practical: bool,
-    /// Robust weights or estimated variance components make the test void.
+    /// Estimated variance components make the test void.
     pub void: bool,
 }
 
@@ -157,10 +158,21 @@ fn global_test(
     } else {
         f64::NAN
     };
-    let interval = factor_interval(degrees_of_freedom, options.global_alpha);
+    let interval = if solution.kernel.is_least_squares() {
+        factor_interval(degrees_of_freedom, options.global_alpha)
+    } else {
+        let of_group = |group| FitTest::of(group, solution.kernel);
+        let conditions = groups.iter().map(of_group);
+        let conditions = conditions.fold(FitTest::default(), FitTest::with);
+        let beside = (degrees_of_freedom - conditions.redundancy).max(0.0);
+        let all = conditions.with(FitTest::plain(0, beside, beside));
+        all.interval(-normal_quantile(
+            "global_alpha",
+            0.5 * options.global_alpha,
+        )?)
+    };
     let inside = |(low, high): (f64, f64)| low <= variance_factor && variance_factor <= high;
-    let void = !solution.kernel.is_least_squares()
-        || problem.components.iter().any(|component| *component != 1.0);
+    let void = problem.components.iter().any(|component| *component != 1.0);
     Ok(GlobalTest {
         omega,
         degrees_of_freedom,

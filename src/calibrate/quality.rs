@@ -25,8 +25,6 @@ pub struct Judged<'a> {
     pub observability: &'a adjust::Observability,
     /// The estimate; its first columns are the parameters sought.
     pub parameters: &'a ParameterSet,
-    /// Whether a robust kernel reweighted the residuals.
-    pub robust: bool,
     /// Names of the parameters sought, as their components are named.
     pub sought: &'a [String],
     /// Every prior that entered.
@@ -57,8 +55,8 @@ pub fn quality(judged: Judged<'_>) -> Option<Quality> {
             significance: options.global_alpha,
             passed: global.passed,
             practical_tolerance: Some(options.practical.1 - 1.0),
-            void_because: if judged.robust {
-                "a robust kernel reweights the residuals, so the chi-square interval does not hold exactly".to_owned()
+            void_because: if global.void {
+                "variance components were estimated from the same residuals".to_owned()
             } else {
                 String::new()
             },

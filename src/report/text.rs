@@ -4,7 +4,8 @@ use super::card::{Card, card};
 use super::format::{grouped, shown, status};
 use super::headline::{difference, headline};
 use crate::results::{
-    AgainstTruth, Calibration, Page, Parameter, Quality, SensorCounts, Solution, TextTable,
+    AgainstTruth, Calibration, Finding, Page, Parameter, Quality, SensorCounts, Severity, Solution,
+    TextTable,
 };
 use crate::ruled::Ruled;
 use crate::units::with_sigma;
@@ -20,6 +21,7 @@ pub fn summary(result: &Calibration, page: &Page) -> String {
     let quality = joint.and_then(|joint| joint.quality.as_ref());
     let mut parts = vec![
         wrapped(&headline(result)),
+        further(&result.verdict.findings),
         card(result).map_or_else(String::new, |card| values(&card)),
         corrections(result),
         result
@@ -35,6 +37,43 @@ pub fn summary(result: &Calibration, page: &Page) -> String {
     parts.extend(page.against_truth.as_ref().map(against_truth));
     let filled = parts.iter().map(|p| p.trim_end()).filter(|p| !p.is_empty());
     filled.collect::<Vec<_>>().join("\n\n") + "\n"
+}
+
+/// Findings that are listed after the one in the headline, at the most.
+const FURTHER: usize = 5;
+
+/// What was found beside the first finding, which stands in the headline, and how to accept what the surveyor knows.
+fn further(findings: &[Finding]) -> String {
+    let one = |finding: &Finding| {
+        let state = match (finding.accepted, finding.withdraws()) {
+            (true, _) => " (accepted)",
+            (false, true) => "",
+            (false, false) => " (to look at)",
+        };
+        let text = format!("- {}{state}: {}", finding.code, finding.seen);
+        wrapped(&match finding.advice.as_str() {
+            "" => text,
+            advice => format!("{text}; {advice}"),
+        })
+    };
+    let rest = findings.iter().skip(1);
+    let mut lines: Vec<String> = rest.take(FURTHER).map(one).collect();
+    if !lines.is_empty() {
+        lines.insert(0, "Also found".to_owned());
+    }
+    let more = findings.len().saturating_sub(FURTHER + 1);
+    if more > 0 {
+        lines.push(format!("- and {more} more, in the report"));
+    }
+    let takes = |finding: &&Finding| finding.severity == Severity::Withdraws && !finding.accepted;
+    if let Some(first) = findings.iter().find(takes) {
+        let code = &first.code;
+        let how = format!(
+            "A finding that you know and accept: [verdict] accept = [\"{code}\"] in the survey file."
+        );
+        lines.push(wrapped(&how));
+    }
+    lines.join("\n")
 }
 
 /// Broken between words; lines after the first are indented.

@@ -38,7 +38,7 @@ pub struct GlobalTest {
     /// A tolerance of the variance factor about 1 that matters in practice, where one was set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub practical_tolerance: Option<f64>,
-    /// Why the test is void (robust weights, variance components), empty when it is not.
+    /// Why the test is void (variance components), empty when it is not.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub void_because: String,
 }

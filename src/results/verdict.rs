@@ -121,6 +121,27 @@ impl Finding {
     }
 }
 
+/// What a score test says of an unknown that the model has not, significant or not: how large it could be.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Bound {
+    /// Code of its finding.
+    pub code: String,
+    /// Estimates of one step with their standard deviations, in words.
+    pub estimate: String,
+    /// The same as numbers (rad, m, s or 1).
+    pub values: Vec<f64>,
+    /// Their standard deviations; zero where one cannot be told from the parameters.
+    pub sigmas: Vec<f64>,
+    /// Chi-square of the score test.
+    pub chi_square: f64,
+    /// Its degrees of freedom.
+    pub degrees_of_freedom: usize,
+    /// Probability of a larger value by chance.
+    pub p_value: f64,
+    /// Largest change of a sought parameter, in its sigmas, if it were estimated.
+    pub largest_effect_in_sigmas: f64,
+}
+
 /// Whether a result may be used, with everything that speaks against it, gravest first.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
@@ -128,6 +149,9 @@ pub struct Verdict {
     pub state: VerdictState,
     /// What speaks against the result, gravest first.
     pub findings: Vec<Finding>,
+    /// What could be wrong unseen: every unknown that was tested for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bounds: Vec<Bound>,
 }
 
 impl Verdict {
@@ -140,7 +164,11 @@ impl Verdict {
             Some(first) if !first.withdraws() => VerdictState::UsableWithFindings,
             Some(_) => VerdictState::DoesNotFit,
         };
-        Verdict { state, findings }
+        Verdict {
+            state,
+            findings,
+            bounds: vec![],
+        }
     }
 
     /// A result that the data do not determine, with what was found all the same.

@@ -162,7 +162,7 @@ fn shifted(trajectory_s: &[f64], time_s: &[f64], lost: &[(usize, Lost)]) -> Opti
         _ => return None,
     };
     Some(format!(
-        "all {} lie up to {off_s:.3} s {end} of a stretch of the trajectory: the sensor's stamps look about {off_s:.3} s {word} \
+        "all {} lie up to {off_s:.3} s {end} of a stretch of the trajectory: the sensor's stamps look {word} by {off_s:.3} s or more \
          (time_offset_s, latency); dropping them would hide it",
         lost.len()
     ))
@@ -229,5 +229,35 @@ pub fn judge(trajectory_s: &[f64], max_gap_s: f64, outside: Outside, time_s: &[f
                         .to_owned(),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two stretches of a trajectory, 0 to 10 s and 20 to 30 s.
+    fn stretches() -> Vec<f64> {
+        let records = (0..=100).map(|k| 0.1 * f64::from(k));
+        let second = records.clone().map(|t| t + 20.0);
+        records.chain(second).collect()
+    }
+
+    fn refusal(time_s: &[f64]) -> String {
+        match judge(&stretches(), 1.0, Outside::Error, time_s) {
+            Verdict::Refuse { found, .. } => found,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_clock_that_runs_off_every_stretch_is_named_with_its_size() {
+        let late = refusal(&[9.9, 10.05, 10.1, 29.9, 30.1]);
+        assert!(late.contains("all 3 lie up to 0.100 s after"), "{late}");
+        assert!(late.contains("stamps look late by 0.100 s"), "{late}");
+        let early = refusal(&[-0.2, 5.0, 19.9, 25.0]);
+        assert!(early.contains("stamps look early by 0.200 s"), "{early}");
+        let neither = refusal(&[-0.1, 5.0, 10.1]);
+        assert!(!neither.contains("stamps look"), "{neither}");
     }
 }

@@ -49,6 +49,81 @@ fn ranges(campaign: &mut Campaign, factor: f64) {
     }
 }
 
+/// The one-step estimate of an unknown in a survey, and its standard deviations.
+fn bound(verdict: &Verdict, code: &str, nth: usize) -> (Vec<f64>, Vec<f64>) {
+    let mut found = verdict.bounds.iter().filter(|bound| bound.code == code);
+    let found = found
+        .nth(nth)
+        .unwrap_or_else(|| panic!("no {code}: {verdict:#?}"));
+    (found.values.clone(), found.sigmas.clone())
+}
+
+/// What is put into the data comes out of the score test's one step: each column against the data that it is a derivative of. The
+/// same noise is in both surveys, so that the difference of the estimates is as large as what was put in, to a tenth of it.
+#[test]
+fn one_step_estimates_what_was_put_in() {
+    type Spoil = fn(&mut Campaign);
+    let before = verdict(THREE, |_| {});
+    let cases: [(&str, usize, f64, Spoil); 9] = [
+        ("latency", 0, 0.002, |c| {
+            shifted(&mut c.soundings.time_s, 0.002);
+        }),
+        ("laser_latency", 0, 0.002, |c| {
+            shifted(&mut c.laser.time_s, 0.002);
+        }),
+        ("range_scale", 0, -5e-4, |c| ranges(c, 1.000_5)),
+        ("range_offset", 0, -0.003, |c| {
+            if let SoundingRange::Metres(values) = &mut c.soundings.range {
+                shifted(values, 0.003);
+            }
+        }),
+        ("beam_angle_scale", 0, -1e-3, |c| {
+            scaled(&mut c.soundings.across_rad, 1.001);
+        }),
+        ("laser_range_offset", 0, -0.003, |c| {
+            longer_returns(c, 0.003);
+        }),
+        ("attitude_scale", 0, -0.01, |c| {
+            scaled(&mut c.trajectory.roll_rad, 1.01);
+        }),
+        ("attitude_scale", 1, -0.01, |c| {
+            scaled(&mut c.trajectory.pitch_rad, 1.01);
+        }),
+        ("attitude_offset", 2, 5e-4, |c| {
+            shifted(&mut c.trajectory.heading_rad, 5e-4);
+        }),
+    ];
+    for (code, component, size, spoil) in cases {
+        let after = verdict(THREE, spoil);
+        let ((was, _), (is, sigma)) = (bound(&before, code, 0), bound(&after, code, 0));
+        let moved = is[component] - was[component];
+        let free = sigma[component] > 0.0 && sigma[component] < 3.0 * size.abs();
+        println!(
+            "{code} {component}: {moved:.6} of {size}, sigma {:.6}",
+            sigma[component]
+        );
+        assert!(
+            !free || (moved - size).abs() < 0.1 * size.abs() + 0.1 * sigma[component],
+            "{code} {component}: {moved} of {size}"
+        );
+    }
+}
+
+fn shifted(values: &mut [f64], by: f64) {
+    values.iter_mut().for_each(|value| *value += by);
+}
+
+fn longer_returns(campaign: &mut Campaign, by_m: f64) {
+    let laser = &mut campaign.laser;
+    for k in 0..laser.x_m.len() {
+        let range_m = laser.x_m[k].hypot(laser.y_m[k]).hypot(laser.z_m[k]);
+        let factor = 1.0 + by_m / range_m;
+        for column in [&mut laser.x_m, &mut laser.y_m, &mut laser.z_m] {
+            column[k] *= factor;
+        }
+    }
+}
+
 /// The first finding withdraws "usable" and is one of these.
 fn assert_named(verdict: &Verdict, codes: &[&str]) {
     assert!(!verdict.state.is_usable(), "{verdict:?}");
@@ -149,11 +224,11 @@ fn splice(into: &mut Campaign, first: &Campaign, second: &Campaign, at_s: f64) {
 #[test]
 fn signs_and_order_of_the_attitude_are_named() {
     let roll = verdict(ONE, |campaign| {
-        scaled(&mut campaign.trajectory.roll_rad, -1.0)
+        scaled(&mut campaign.trajectory.roll_rad, -1.0);
     });
     assert_named(&roll, &["sign_of_roll"]);
     let pitch = verdict(ONE, |campaign| {
-        scaled(&mut campaign.trajectory.pitch_rad, -1.0)
+        scaled(&mut campaign.trajectory.pitch_rad, -1.0);
     });
     assert_named(&pitch, &["sign_of_pitch", "attitude_scale"]);
     let exchanged = verdict(ONE, |campaign| {

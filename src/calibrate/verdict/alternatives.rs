@@ -11,21 +11,35 @@ pub struct Tried {
     pub share: f64,
     /// Variance factor of those that fit, where it was found.
     pub variance_factor: Option<f64>,
+    /// Whether the correction that comes of it is too large to be one.
+    pub oversize: bool,
 }
+
+/// What an oversize correction leaves of a merit.
+const OVERSIZE: f64 = 0.5;
 
 impl Tried {
     /// What alternatives are ranked by: the share, less where those that fit scatter otherwise than stated.
     #[must_use]
     pub fn merit(&self) -> f64 {
         let factor = self.variance_factor.unwrap_or(1.0);
-        self.share / factor.max(1.0 / factor).sqrt()
+        let plausible = if self.oversize { OVERSIZE } else { 1.0 };
+        plausible * self.share / factor.max(1.0 / factor).sqrt()
     }
 
     fn words(&self, what: &str) -> String {
         let factor = self
             .variance_factor
             .map_or_else(String::new, |v| format!(" (variance factor {v:.1})"));
-        format!("{:.0} % of {what} fit{factor}", 100.0 * self.share)
+        let oversize = if self.oversize {
+            ", with a correction that is too large"
+        } else {
+            ""
+        };
+        format!(
+            "{:.0} % of {what} fit{factor}{oversize}",
+            100.0 * self.share
+        )
     }
 }
 
@@ -105,7 +119,21 @@ mod tests {
         Tried {
             share,
             variance_factor: Some(factor),
+            oversize: false,
         }
+    }
+
+    /// Attitude in radians turns a resting boat by a constant, which the mounting takes up: all fixes fit, 34 deg off.
+    #[test]
+    fn a_mistake_that_only_mends_the_size_is_named() {
+        let all = [(alternative("attitude_in_radians"), tried(1.0, 1.0))];
+        let oversize = Tried {
+            oversize: true,
+            ..tried(1.0, 1.0)
+        };
+        let found = best(&oversize, &all, "the fixes").unwrap();
+        assert!(found.seen.contains("too large"), "{}", found.seen);
+        assert_eq!(best(&tried(1.0, 1.0), &all, "the fixes"), None);
     }
 
     #[test]

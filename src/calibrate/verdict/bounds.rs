@@ -27,13 +27,22 @@ pub fn size(correction: &Correction, config: &VerdictConfig) -> Option<Finding> 
             "size",
             Severity::Withdraws,
             format!(
-                "the mounting of {} would be corrected by {turn_deg:.1} deg and its lever arm by {:.2} m",
-                correction.name, correction.arm_m
+                "the mounting of {} would be corrected by {turn_deg:.1} deg{}",
+                correction.name,
+                arm(correction.arm_m)
             ),
             format!("{} deg and {} m", config.max_correction_deg, config.max_correction_m),
             "nominal values in another frame or unit, or a wrong fit; enter better nominal values where they really are that far off",
         )
     })
+}
+
+fn arm(arm_m: f64) -> String {
+    if arm_m > 0.0 {
+        format!(" and its lever arm by {arm_m:.2} m")
+    } else {
+        String::new()
+    }
 }
 
 /// A sensor's observations that could have been used, and those that were.

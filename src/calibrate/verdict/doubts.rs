@@ -2,13 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 use crate::adjust::{
     AdjustError, Component, Problem, Score, ScoreColumns, ScoreOptions, Scores, Solution, Suspect,
     Unit, score_tests,
 };
-use crate::results::{Finding, Severity};
+use crate::results::{Bound, Finding, Severity};
 use crate::units::with_sigma;
 
 /// Error probability of the score tests of all doubts of a survey together.
@@ -48,23 +46,6 @@ impl Doubt {
             advice: advice.to_owned(),
         }
     }
-}
-
-/// What a score test says of an unknown, significant or not: its bound.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Bound {
-    /// Code of the doubt.
-    pub code: String,
-    /// One-step estimates with their standard deviations, in words.
-    pub estimate: String,
-    /// Chi-square of the score test.
-    pub chi_square: f64,
-    /// Its degrees of freedom.
-    pub degrees_of_freedom: usize,
-    /// Probability of a larger value by chance.
-    pub p_value: f64,
-    /// Largest change of a sought parameter, in its sigmas, if it were estimated.
-    pub largest_effect_in_sigmas: f64,
 }
 
 /// Doubts tested: those that are significant as findings, all of them as bounds.
@@ -113,6 +94,8 @@ fn worded(scores: &Scores, doubts: &[Doubt], solution: &Solution, sought: &Sough
     let bound = |score: &Score| Bound {
         code: doubts[score.suspect].code.clone(),
         estimate: figures(score, &doubts[score.suspect]),
+        values: score.estimate.clone(),
+        sigmas: score.sigma.clone(),
         chi_square: score.statistic,
         degrees_of_freedom: score.degrees,
         p_value: score.p_value,
@@ -178,7 +161,8 @@ fn figures(score: &Score, doubt: &Doubt) -> String {
     parts.join(", ")
 }
 
-fn readable(unit: Unit) -> (f64, &'static str) {
+/// Factor into the unit in which findings state a quantity, and that unit.
+pub(super) fn readable(unit: Unit) -> (f64, &'static str) {
     match unit {
         Unit::Radian => (180.0 / std::f64::consts::PI, "deg"),
         Unit::Metre => (1e3, "mm"),

@@ -1,8 +1,8 @@
 //! Does the model fit? The whole, every part by itself, and every prior.
 
 use super::VerdictConfig;
+use super::doubts::readable;
 use crate::adjust::{FitTest, PriorTest};
-use crate::calibrate::quality::readable;
 use crate::results::{Finding, Severity};
 use crate::units::with_sigma;
 
@@ -128,15 +128,14 @@ pub fn priors(tests: &[PriorTest], config: &VerdictConfig) -> Vec<Finding> {
         .collect();
     odd.sort_by(|a, b| b.normalised.abs().total_cmp(&a.normalised.abs()));
     let one = |test: &&PriorTest| {
-        let (residual, unit) = readable(test.residual, test.unit);
-        let (sigma, _) = readable(test.sigma, test.unit);
+        let (scale, unit) = readable(test.unit);
         Finding::new(
             "prior",
             Severity::Withdraws,
             format!(
                 "{}: the data move it by {} {unit}, {:.0} sigma from what was stated beforehand",
                 test.name,
-                with_sigma(residual, sigma),
+                with_sigma(scale * test.residual, scale * test.sigma),
                 test.normalised.abs()
             ),
             format!("{} sigma", config.max_prior_sigmas),

@@ -19,7 +19,7 @@ pub mod fit;
 
 pub use alternatives::{Alternative, Tried};
 pub use config::VerdictConfig;
-pub use doubts::{Bound, Doubt, Doubted};
+pub use doubts::{Doubt, Doubted};
 
 use crate::results::{Finding, Severity, Verdict};
 
@@ -40,10 +40,16 @@ pub enum Ending<'a> {
     },
 }
 
-/// The verdict: what ended the calibration first, then what the tests found.
+/// The verdict: what ended the calibration first, then what the tests found; nothing was tested where nothing was judged.
 #[must_use]
-pub fn concluded(ending: Ending, findings: &[Finding]) -> Verdict {
-    let mut findings = findings.to_vec();
+pub fn concluded(ending: Ending, doubted: Option<&Doubted>) -> Verdict {
+    let found = doubted.cloned().unwrap_or_default();
+    let mut verdict = ended(ending, found.findings);
+    verdict.bounds = found.bounds;
+    verdict
+}
+
+fn ended(ending: Ending, mut findings: Vec<Finding>) -> Verdict {
     match ending {
         Ending::Usable => Verdict::of(findings),
         Ending::Withdrawn(first) => {

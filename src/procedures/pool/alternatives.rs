@@ -144,6 +144,7 @@ fn adjusted(survey: &Survey, input: &PoolInput) -> Tried {
         share: part(found.soundings.ties.len(), candidates.len())
             .min(part(found.returns.ties.len(), near)),
         variance_factor: found.variance_factor(),
+        oversize: false,
     }
 }
 
@@ -431,7 +432,12 @@ fn moved_by(from: &TargetPose, to: &TargetPose) -> String {
     let there =
         from.ellipsoid.to_geocentric(b).coordinates - from.ellipsoid.to_geocentric(a).coordinates;
     let level = ecef_from_level(a).matrix.tr_mul(&there);
-    let azimuth_deg = level.x.atan2(level.y).to_degrees().rem_euclid(360.0);
+    let azimuth_deg = level
+        .x
+        .atan2(level.y)
+        .to_degrees()
+        .round()
+        .rem_euclid(360.0);
     let compass = [
         "north",
         "north-east",

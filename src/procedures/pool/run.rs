@@ -210,7 +210,7 @@ fn calibrate_scene<'a>(
         .scene
         .soundings_near(&surfaces.sonar, &rough.mounting, CANDIDATE_M);
     let heights_m = outcome.scene.sounding_heights_m(&rough.mounting);
-    outcome.refusal = Refusal::of_water(&outcome.scene, "soundings", heights_m, 1.0);
+    outcome.refusal = Refusal::of_water(&outcome.scene, "soundings", &heights_m, 1.0);
     if outcome.refusal.is_some() {
         return Ok(outcome);
     }

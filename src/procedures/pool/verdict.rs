@@ -207,7 +207,7 @@ impl Refusal {
         if wall.is_some_and(|g| planes[g].is_none()) || planes.iter().all(Option::is_none) {
             return Some(Self::NoWall);
         }
-        Self::of_water(scene, "laser returns", scene.return_heights_m(), -1.0)
+        Self::of_water(scene, "laser returns", &scene.return_heights_m(), -1.0)
             .or_else(|| planes::disagreement(scene, wide).map(Self::ScannerDisagrees))
     }
 
@@ -216,7 +216,7 @@ impl Refusal {
     pub fn of_water(
         scene: &Scene,
         what: &'static str,
-        heights_m: Vec<f64>,
+        heights_m: &[f64],
         side: f64,
     ) -> Option<Self> {
         let stated_m = scene.campaign.water_level_m;
@@ -304,7 +304,6 @@ impl PoolOutcome<'_> {
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         let joint = self.joint.as_ref();
-        let findings = joint.map_or(&[][..], |joint| &joint.doubted.findings);
         let ending = match &self.refusal {
             None => Ending::Usable,
             Some(Refusal::DoesNotFit(first)) => Ending::Withdrawn(first),
@@ -317,7 +316,7 @@ impl PoolOutcome<'_> {
                 ),
             },
         };
-        concluded(ending, findings)
+        concluded(ending, joint.map(|joint| &joint.doubted))
     }
 }
 

@@ -51,7 +51,8 @@ impl Case<'_> {
         let doubted = self.doubts(problem)?;
         let mut findings = self.shares();
         findings.extend(doubted.findings);
-        findings.extend(fit::priors(&prior_tests(self.solution), self.config));
+        let priors = fit::priors(&prior_tests(self.solution), self.config);
+        findings.extend(priors.into_iter().map(|finding| self.of_element(finding)));
         let (whole, parts) = self.fits()?;
         findings.extend(fit::whole(&whole, self.config));
         findings.extend(fit::parts(&parts, self.config));
@@ -60,6 +61,20 @@ impl Case<'_> {
             findings: accepted(findings, self.config),
             bounds: doubted.bounds,
         })
+    }
+
+    /// A contradicted offset of an element of the rail says that the rail is not its model.
+    fn of_element(&self, finding: Finding) -> Finding {
+        let mut names = self.scene.rail.names.iter();
+        if !names.any(|name| finding.seen.starts_with(&format!("rail {name}:"))) {
+            return finding;
+        }
+        Finding {
+            code: "rail_element".to_owned(),
+            advice: "the rail differs from its model there: worn, dirty or another one; use a good rail, or state [rail] profile_sigma_m"
+                .to_owned(),
+            ..finding
+        }
     }
 
     fn doubts(&self, problem: &Problem) -> Result<Doubted, AdjustError> {
@@ -219,6 +234,7 @@ impl RailJoint {
         Tried {
             share: shares.fold(1.0, f64::min),
             variance_factor: Some(self.quality.global.variance_factor),
+            oversize: false,
         }
     }
 }

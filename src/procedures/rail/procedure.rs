@@ -82,7 +82,7 @@ impl Loaded for LoadedRail {
         let outcome = calibrate(&input);
         progress("comparing and drawing");
         let provenance = provenance(&self.file, &self.inputs, settings)?;
-        let result = summary::result(&outcome, &input, provenance)?;
+        let result = summary::result(&outcome, provenance)?;
         let page = summary::page(&outcome, &result, &self.file.name, truth.as_ref())?;
         Ok(Finished { result, page })
     }

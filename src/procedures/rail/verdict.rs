@@ -137,7 +137,6 @@ impl RailOutcome<'_> {
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         let joint = self.joint.as_ref().and_then(|joint| joint.as_ref().ok());
-        let findings = joint.map_or(&[][..], |joint| &joint.doubted.findings);
         let ending = match &self.refusal {
             None => Ending::Usable,
             Some(RailRefusal::DoesNotFit(first)) => Ending::Withdrawn(first),
@@ -150,7 +149,7 @@ impl RailOutcome<'_> {
                 ),
             },
         };
-        concluded(ending, findings)
+        concluded(ending, joint.map(|joint| &joint.doubted))
     }
 }
 

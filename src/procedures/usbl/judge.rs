@@ -252,12 +252,7 @@ impl Case<'_> {
             .estimate
             .parameters
             .rotation(self.blocks.mounting);
-        let turn: Matrix3<f64> = found * self.scene.campaign.nominal.transpose();
-        Correction {
-            name: "the transducer".to_owned(),
-            turn_rad: log(&turn).norm(),
-            arm_m: 0.0,
-        }
+        correction(&found, self.scene)
     }
 
     /// Beacons most of whose fixes were rejected.
@@ -291,6 +286,16 @@ impl Case<'_> {
     }
 }
 
+/// How far a mounting lies from the nominal one; the transducer has no nominal lever arm.
+fn correction(found: &Matrix3<f64>, scene: &Scene) -> Correction {
+    let turn: Matrix3<f64> = found * scene.campaign.nominal.transpose();
+    Correction {
+        name: "the transducer".to_owned(),
+        turn_rad: log(&turn).norm(),
+        arm_m: 0.0,
+    }
+}
+
 impl JointOutcome {
     /// The gravest finding, if it withdraws "usable".
     #[must_use]
@@ -301,13 +306,14 @@ impl JointOutcome {
             .find(|finding| finding.withdraws())
     }
 
-    fn tried(&self, scene: &Scene) -> Tried {
+    fn tried(&self, scene: &Scene, config: &VerdictConfig) -> Tried {
         Tried {
             share: self.used.len() as f64 / scene.common.len().max(1) as f64,
             variance_factor: self
                 .judgement
                 .as_ref()
                 .map(|j| j.quality.global.variance_factor),
+            oversize: size(&correction(&self.rotation, scene), config).is_some(),
         }
     }
 }
@@ -315,7 +321,8 @@ impl JointOutcome {
 /// Names the discrete mistake that turns the misfit of a USBL calibration into a fit, if there is one.
 #[must_use]
 pub fn named(input: &UsblInput, scene: &Scene, as_given: Option<&JointOutcome>) -> Option<Finding> {
-    let given = as_given.map_or(Tried::default(), |joint| joint.tried(scene));
+    let config = &input.joint.verdict;
+    let given = as_given.map_or(Tried::default(), |joint| joint.tried(scene, config));
     let tried: Vec<(Alternative, Tried)> = mistakes()
         .into_iter()
         .filter_map(|(alternative, undo)| {
@@ -323,7 +330,7 @@ pub fn named(input: &UsblInput, scene: &Scene, as_given: Option<&JointOutcome>) 
             undo(&mut campaign);
             let scene = Scene::new(&campaign).ok()?;
             let found = joint::run(&scene, &input.joint).ok()??;
-            Some((alternative, found.tried(&scene)))
+            Some((alternative, found.tried(&scene, config)))
         })
         .collect();
     best(&given, &tried, "the fixes of common beacons")
@@ -429,8 +436,11 @@ fn mistakes() -> Vec<(Alternative, Undo)> {
     ]
 }
 
+/// Roll, pitch and heading, radians.
+type Angles = (f64, f64, f64);
+
 /// Changes every attitude's roll, pitch and heading.
-fn turned(campaign: &mut UsblCampaign, change: fn((f64, f64, f64)) -> (f64, f64, f64)) {
+fn turned(campaign: &mut UsblCampaign, change: fn(Angles) -> Angles) {
     let record = &campaign.attitude;
     let attitudes = record.attitudes().iter().map(|r| {
         let (roll, pitch, heading) = change(to_attitude(r));

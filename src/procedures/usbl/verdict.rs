@@ -190,7 +190,6 @@ impl UsblOutcome<'_> {
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         let joint = self.joint.as_ref();
-        let findings = joint.map_or(&[][..], |joint| &joint.doubted.findings);
         let ending = match &self.refusal {
             None => Ending::Usable,
             Some(Refusal::DoesNotFit(first)) => Ending::Withdrawn(first),
@@ -203,7 +202,7 @@ impl UsblOutcome<'_> {
                 ),
             },
         };
-        concluded(ending, findings)
+        concluded(ending, joint.map(|joint| &joint.doubted))
     }
 }
 

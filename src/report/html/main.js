@@ -26,6 +26,7 @@ function buildContents() {
 }
 
 buildHead();
+buildVerdict();
 buildCard();
 OWN.forEach(build => build());
 [buildSolution, buildCorrections, buildDetermined, buildConvergence, buildQuality, buildConventions, buildCounts, buildConfiguration, buildContents].forEach(build => build());

@@ -1,6 +1,6 @@
 //! Quality figures of the joint path as they stand in a result (mathematics section 6).
 
-use super::super::config::{Drift, KernelName};
+use super::super::config::Drift;
 use super::super::joint::{Components, JointOutcome, RETURNS, SIX, SOUNDINGS};
 use super::super::run::{PoolInput, PoolOutcome};
 use crate::adjust::{self, Unit};
@@ -23,7 +23,6 @@ pub fn quality_of(
         quality: &judgement.quality,
         observability: &judgement.observability,
         parameters: &joint.solution.estimate.parameters,
-        robust: input.joint.kernel != KernelName::LeastSquares,
         sought: &SIX.map(str::to_owned),
         priors: priors(joint, outcome, input),
         groups: groups

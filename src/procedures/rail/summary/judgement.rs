@@ -1,15 +1,13 @@
 //! Quality figures of the joint path as they stand in a result (mathematics section 6).
 
 use super::super::joint::{RailJoint, Suspect};
-use super::super::run::RailInput;
 use super::super::scene::RailScene;
 use super::super::trial::names;
 use crate::adjust::{self, Unit};
-use crate::calibrate::choices::KernelName;
 use crate::calibrate::quality::{Judged, block_priors, group, named_prior, quality};
 use crate::results::{Prior, Quality};
 
-pub(super) fn judged(found: &RailJoint, scene: &RailScene, input: &RailInput) -> Option<Quality> {
+pub(super) fn judged(found: &RailJoint, scene: &RailScene) -> Option<Quality> {
     let profilers = &scene.campaign.profilers;
     let name = |g: &adjust::GroupQuality| match profilers.get(usize::from(g.group)) {
         Some(p) => (
@@ -30,7 +28,6 @@ pub(super) fn judged(found: &RailJoint, scene: &RailScene, input: &RailInput) ->
         quality: &found.quality,
         observability: &found.observability,
         parameters: &found.solution.estimate.parameters,
-        robust: input.joint.kernel != KernelName::LeastSquares,
         sought: &names(profilers),
         priors: priors(found, scene),
         groups: shown.collect(),

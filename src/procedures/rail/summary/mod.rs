@@ -16,7 +16,7 @@ use nalgebra::DVector;
 
 use super::joint::RailJoint;
 use super::reference::RailReference;
-use super::run::{RailInput, RailOutcome};
+use super::run::RailOutcome;
 use super::scene::RailScene;
 use super::trial::{corrections_from, names};
 use crate::calibrate::metric;
@@ -32,15 +32,11 @@ use solutions::{joint, reference, unit};
 ///
 /// # Errors
 /// None for details made here; `serde_json` does not promise it.
-pub fn result(
-    outcome: &RailOutcome,
-    input: &RailInput,
-    provenance: Provenance,
-) -> serde_json::Result<Calibration> {
+pub fn result(outcome: &RailOutcome, provenance: Provenance) -> serde_json::Result<Calibration> {
     let scene = &outcome.scene;
     let reason = outcome.refusal.as_ref().map(ToString::to_string);
     let by_reference = outcome.reference.as_ref().map(|r| reference(r, scene));
-    let by_joint = outcome.joint.as_ref().map(|j| joint(j, outcome, input));
+    let by_joint = outcome.joint.as_ref().map(|j| joint(j, outcome));
     Ok(Calibration {
         schema: SCHEMA,
         procedure: "rail".to_owned(),

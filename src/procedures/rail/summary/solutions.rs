@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::super::joint::RailJoint;
 use super::super::model::SOUGHT;
 use super::super::reference::{RailReference, ReferenceError, SweepStep};
-use super::super::run::{RailInput, RailOutcome};
+use super::super::run::RailOutcome;
 use super::super::scene::RailScene;
 use super::super::verdict::RailRefusal;
 use super::details::{HausdorffStep, RailJointDetails, RailReferenceDetails, RailReferenceSteps};
@@ -123,7 +123,6 @@ fn status(joint: &RailJoint, refused: bool) -> Status {
 pub(super) fn joint(
     found: &Result<RailJoint, adjust::AdjustError>,
     outcome: &RailOutcome,
-    input: &RailInput,
 ) -> serde_json::Result<Solution> {
     let refusal = outcome.refusal.as_ref().map(RailRefusal::to_string);
     let (refused, message) = (refusal.is_some(), refusal.unwrap_or_default());
@@ -158,7 +157,7 @@ pub(super) fn joint(
         mountings: all.iter().map(Mounted::result).collect(),
         covariance,
         correlation,
-        quality: judged(found, scene, input),
+        quality: judged(found, scene),
         details: serde_json::to_value(RailJointDetails { nuisance })?,
         ..solution
     })

@@ -13,7 +13,6 @@ pub use page::{UsblFixSample, UsblSamples, page, true_values};
 use nalgebra::{DMatrix, DVector, Matrix3};
 
 use super::conditions::{ANGLES, PER_FIX, RANGES};
-use super::config::KernelName;
 use super::joint::{JointOutcome, MOUNTING, SOUGHT, sought};
 use super::reference::{PrintedAngles, ReferenceOutcome};
 use super::verdict::{Layout, rests_on_survey};
@@ -303,7 +302,6 @@ fn quality_of(found: &JointOutcome, outcome: &UsblOutcome, input: &UsblInput) ->
         quality: &judgement.quality,
         observability: &judgement.observability,
         parameters: &found.solution.estimate.parameters,
-        robust: input.joint.kernel != KernelName::LeastSquares,
         sought: &names,
         priors,
         groups: groups.map(name).collect(),

@@ -1,0 +1,35 @@
+// The verdict: everything that was found, gravest first, with what to try.
+
+const SEVERITIES = { finding: "to look at", withdraws: "not usable", refuses: "no result" };
+
+function severityChip(finding) {
+  if (finding.accepted) return chip("accepted", "warn");
+  return chip(SEVERITIES[finding.severity] || finding.severity, finding.severity === "finding" ? "warn" : "bad");
+}
+
+/** The parameter that the finding would move most, in its sigmas. */
+function effectWords(finding) {
+  const effects = Object.entries(finding.effect_in_sigmas || {});
+  if (!effects.length) return "-";
+  const [name, sigmas] = effects.reduce((most, one) => Math.abs(one[1]) > Math.abs(most[1]) ? one : most);
+  return `${name} by ${short(sigmas)} sigma`;
+}
+
+/** What was tested for and not found: how large it could be. */
+function bounds() {
+  const all = RESULT.verdict.bounds || [];
+  if (!all.length) return [];
+  const rows = all.map(bound => [el("code", {}, bound.code), bound.estimate, number(digits(bound.chi_square, 1)), number(bound.degrees_of_freedom), number(probability(bound.p_value)), number(short(bound.largest_effect_in_sigmas))]);
+  return el("details", {}, el("summary", {}, `${all.length} unknowns that the model has not were tested for`),
+    table(["code", "one-step estimate", number("chi-square"), number("degrees"), number("p"), number("would move, sigma")], rows));
+}
+
+function buildVerdict() {
+  const { state, findings } = RESULT.verdict;
+  if (!findings.length) return add("verdict", `Verdict: ${state}`, note("Nothing speaks against the result."), bounds());
+  const rows = findings.map(finding => [severityChip(finding), el("code", {}, finding.code), finding.seen, effectWords(finding), finding.threshold || "-", finding.advice || "-"]);
+  const known = findings.find(finding => finding.severity === "withdraws" && !finding.accepted);
+  add("verdict", `Verdict: ${state}`,
+    table(["", "code", "what was seen", "would move", "held against", "what to try"], rows),
+    known ? note(`A finding that you know and accept: [verdict] accept = ["${known.code}"] in the survey file. It stays listed.`) : [], bounds());
+}
