@@ -21,6 +21,14 @@ pub struct Reason {
     pub parameters: Vec<&'static str>,
 }
 
+impl Reason {
+    /// Whether it says that the model does not fit, rather than that the data do not determine something.
+    #[must_use]
+    pub fn is_of_the_model(&self) -> bool {
+        matches!(self.code, "not_converged" | "misfit" | "field")
+    }
+}
+
 /// What may be used of a joint solution.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Judgement {
@@ -49,8 +57,6 @@ impl Judgement {
 
 /// Sums of squares over degrees of freedom that a sound solution has.
 const FIT: [f64; 2] = [0.8, 1.2];
-/// A scatter of the tiles' scores over the model's sigma that is worth a note.
-const SANDWICH: f64 = 1.3;
 /// A range scale, heave scale, heave lag, lever arm or profile error is one of the things that are held: estimated, never reported as determined.
 const REPORTED: usize = 4;
 
@@ -70,12 +76,10 @@ pub fn judge(joint: &Joint, layout: &Layout, config: &SeabedConfig) -> Judgement
     {
         judgement.take(reason);
     }
-    let ratio = |k: &usize| joint.sandwich_sigma[*k] / joint.sigma(*k).max(f64::MIN_POSITIVE);
-    for k in (0..REPORTED).filter(|k| joint.sought[*k] && ratio(k) > SANDWICH) {
+    for k in (0..REPORTED).filter(|k| joint.inflation[*k] > 1.0) {
         judgement.notes.push(format!(
-            "the tiles scatter {:.1} times as far in {} as the model says: its sigma is too small by about that",
-            ratio(&k),
-            PARAMETERS[k].0
+            "the tiles scatter {:.1} times as far in {} as the model says; its sigma is that of the scatter",
+            joint.inflation[k], PARAMETERS[k].0
         ));
     }
     judgement
