@@ -1,15 +1,19 @@
 //! The joint path: soundings of overlapping lines on an unknown seabed, in one adjustment.
 //!
-//! 1. screen each line against its own surface; 2. the field's parameters from single lines, which a misalignment cannot enter;
-//! 3. coarse passes, angles and latency only, the noise inflated at first; 4. fine passes with everything, tiles drawn anew and the
-//! field estimated again once; 5. covariance, the scatter of the tiles beside it, and what relief and motion give alone.
+//! 1. screen each line against its own surface;
+//! 2. the field's parameters from single lines, which a misalignment cannot enter;
+//! 3. coarse passes, angles and latency only, the noise inflated at first;
+//! 4. fine passes with everything, tiles drawn anew once, the field estimated again;
+//! 5. covariance, the scatter of the tiles beside it, and what relief and motion give alone.
 
 use rayon::prelude::*;
 
 use super::config::JointSettings;
 use super::field::{Field, Points};
 use super::model::{COUNT, Locator, Values};
-use super::normal::{Block, Normal, Part, Placed, Solved, Sought, block, sandwich_variances};
+use super::normal::{
+    Block, Normal, Part, Placed, Solved, Sought, block, prior_information, sandwich_variances,
+};
 use super::reml::{Bounds, restricted_likelihood};
 use super::scene::Scene;
 use super::screen::Screen;
@@ -65,6 +69,10 @@ pub struct Joint {
     pub values: Values,
     /// Which parameters were sought.
     pub sought: [bool; COUNT],
+    /// Distance of every parameter from its nominal value.
+    pub off: [f64; COUNT],
+    /// Standard deviation of what is known of each beforehand, where there is such.
+    pub priors: [Option<f64>; COUNT],
     /// Covariance of the parameters.
     pub covariance: [[f64; COUNT]; COUNT],
     /// Standard deviations from the scatter of the tiles.
@@ -521,7 +529,11 @@ impl<'a> Work<'a> {
                 modelled(a, b) * inflation[a] * inflation[b]
             }
         };
+        let prior = prior_information(self.scene);
         Ok(Joint {
+            off: self.values.from_nominal(self.scene),
+            priors: prior
+                .map(|information| (information > 0.0).then(|| information.sqrt().recip())),
             sought: sought.parameters,
             covariance: std::array::from_fn(|a| std::array::from_fn(|b| covariance(a, b))),
             sandwich_sigma,

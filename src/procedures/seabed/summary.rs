@@ -88,11 +88,11 @@ fn finding(reason: &Reason, usable: bool) -> Finding {
     )
 }
 
-fn scatter(words: &String) -> Finding {
+fn scatter(words: &str) -> Finding {
     Finding::new(
         "scatter",
         Severity::Finding,
-        words.clone(),
+        words.to_owned(),
         "1.3 times",
         "look for an error that the model does not have: a tide within a line, a heave channel that is wrong by more than a scale or a lag",
     )
@@ -113,7 +113,9 @@ fn verdict(outcome: &SeabedOutcome, reference: Option<&Solution>) -> Verdict {
     match (&outcome.joint, &outcome.reference) {
         (Some(Ok((_, judged))), _) => {
             let reasons = judged.reasons.iter().map(|r| finding(r, judged.usable()));
-            let findings = reasons.chain(judged.notes.iter().map(scatter)).collect();
+            let findings = reasons
+                .chain(judged.notes.iter().map(|words| scatter(words)))
+                .collect();
             let misfit = judged.reasons.iter().any(Reason::is_of_the_model);
             if judged.usable() || misfit {
                 Verdict::of(findings)
