@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use boresight::procedures;
 use boresight::procedures::pool::survey::{load, scenario, write_survey};
+use boresight::procedures::seabed::simulate::{Acts, Shot};
+use boresight::procedures::seabed::survey::parse_scenario;
 use boresight::procedures::{rail::survey as rail, usbl::survey as usbl};
 use boresight::simulate::{self, Sources, simulate};
 use boresight::target::{Target, TargetModel};
@@ -42,6 +44,33 @@ fn every_scenario_has_observations_of_both_sensors() {
         let survey = simulate(&thin, 1).expect("a survey");
         assert!(survey.campaign.soundings.len() > 1000, "{}", path.display());
         assert!(survey.campaign.laser.len() > 300, "{}", path.display());
+    }
+}
+
+#[test]
+fn every_seabed_scenario_has_soundings_on_every_line() {
+    let files = scenarios("seabed");
+    assert!(files.len() >= 3);
+    for path in files {
+        let text = std::fs::read_to_string(&path).expect("a file");
+        let mut thin = parse_scenario(&path, &text).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(
+            Some(thin.name.as_str()),
+            path.file_stem().and_then(|s| s.to_str())
+        );
+        thin.multibeam.ping_rate_hz = 0.5;
+        let survey = procedures::seabed::simulate::simulate(&thin, 1, Acts::ALL);
+        for line in &survey.lines {
+            let on = |shot: &&Shot| (line.start_s..=line.end_s).contains(&shot.time_s);
+            let count = survey.shots.iter().filter(on).count();
+            assert!(
+                count > 500,
+                "{}: {} on {}",
+                path.display(),
+                count,
+                line.name
+            );
+        }
     }
 }
 

@@ -29,7 +29,7 @@ section! {
         /// Most tiles.
         max_tiles: usize = or (600), Kind::Count(limits(20.0, 100_000.0, "20 to 100000"));
         /// Most passes of the fine phase.
-        max_passes: usize = or (10), Kind::Count(limits(6.0, 100.0, "6 to 100"));
+        max_passes: usize = or (16), Kind::Count(limits(6.0, 100.0, "6 to 100"));
         /// Soundings with a larger standardised residual are dropped.
         reject_sigmas: f64 = or (4.5), Kind::Number(limits(4.0, 1000.0, "sigmas from 4 (a narrower limit falsifies the uncertainty) to 1000"));
         /// An angle whose standard deviation exceeds this (degrees) is refused.

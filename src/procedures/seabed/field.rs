@@ -31,6 +31,9 @@ impl Noise {
     }
 }
 
+/// Most soundings that a tile loses as gross errors before the field is estimated from it.
+const MOST_GROSS: usize = 10;
+
 /// The points of a tile about its centre, metres, and their noise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Points {
@@ -134,6 +137,24 @@ impl Points {
             relief,
             trace,
         })
+    }
+
+    /// Without those whose residual under this field exceeds `limit` sigmas: the worst goes, the others are judged again.
+    #[must_use]
+    pub fn without_gross(mut self, field: &Field, limit: f64) -> Self {
+        for _ in 0..MOST_GROSS.min(self.at_m.len() / 4) {
+            let Some(found) = self.collocate(field) else {
+                break;
+            };
+            let size = |k: usize| found.standardised(k).abs();
+            let worst = (0..self.at_m.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
+            let Some(worst) = worst.filter(|k| size(*k) > limit) else {
+                break;
+            };
+            self.at_m.remove(worst);
+            self.noise.remove(worst);
+        }
+        self
     }
 
     /// Slopes of the relief at each point, and the trace vector `g_k = sum_j P_kj dK_kj`.
@@ -241,6 +262,18 @@ mod tests {
             (score - by_differences).abs() < 0.02 * by_differences.abs(),
             "{score} {by_differences}"
         );
+    }
+
+    #[test]
+    fn the_gross_one_goes_and_the_others_stay() {
+        let mut spoiled = points();
+        spoiled.at_m[7].z += 0.4;
+        let cleaned = spoiled.without_gross(&FIELD, 4.5);
+        let mut expected = points();
+        expected.at_m.remove(7);
+        expected.noise.remove(7);
+        assert_eq!(cleaned, expected);
+        assert_eq!(points().without_gross(&FIELD, 4.5), points());
     }
 
     #[test]

@@ -1,15 +1,19 @@
 //! The joint path: soundings of overlapping lines on an unknown seabed, in one adjustment.
 //!
-//! 1. screen each line against its own surface; 2. the field's parameters from single lines, which a misalignment cannot enter;
-//! 3. coarse passes, angles and latency only, the noise inflated at first; 4. fine passes with everything, tiles drawn anew and the
-//! field estimated again once; 5. covariance, the scatter of the tiles beside it, and what relief and motion give alone.
+//! 1. screen each line against its own surface;
+//! 2. the field's parameters from single lines, which a misalignment cannot enter;
+//! 3. coarse passes, angles and latency only, the noise inflated at first;
+//! 4. fine passes with everything, tiles drawn anew once, the field estimated again;
+//! 5. covariance, the scatter of the tiles beside it, and what relief and motion give alone.
 
 use rayon::prelude::*;
 
 use super::config::JointSettings;
 use super::field::{Field, Points};
 use super::model::{COUNT, Locator, Values};
-use super::normal::{Block, Normal, Part, Placed, Solved, Sought, block, sandwich_variances};
+use super::normal::{
+    Block, Normal, Part, Placed, Solved, Sought, block, prior_information, sandwich_variances,
+};
 use super::reml::{Bounds, restricted_likelihood};
 use super::scene::Scene;
 use super::screen::Screen;
@@ -65,10 +69,16 @@ pub struct Joint {
     pub values: Values,
     /// Which parameters were sought.
     pub sought: [bool; COUNT],
+    /// Distance of every parameter from its nominal value.
+    pub off: [f64; COUNT],
+    /// Standard deviation of what is known of each beforehand, where there is such.
+    pub priors: [Option<f64>; COUNT],
     /// Covariance of the parameters.
     pub covariance: [[f64; COUNT]; COUNT],
     /// Standard deviations from the scatter of the tiles.
     pub sandwich_sigma: [f64; COUNT],
+    /// Factor by which the model's sigma was widened to the tiles' scatter, 1 where it was not.
+    pub inflation: [f64; COUNT],
     /// Standard deviations from the relief alone.
     pub relief_sigma: Option<[f64; COUNT]>,
     /// Standard deviations from the boat's motion alone.
@@ -163,7 +173,9 @@ pub fn overlap(scene: &Scene, config: &JointSettings) -> Result<Overlap, JointEr
 /// Soundings of which the coarse phase and the field's tiles are drawn at most.
 const COARSE_SOUNDINGS: usize = 300_000;
 /// Tiles that the field's parameters are estimated from.
-const FIELD_TILES: usize = 64;
+const FIELD_TILES: usize = 48;
+/// How often they are cleaned of gross errors and the parameters estimated again.
+const FIELD_ROUNDS: usize = 4;
 /// Passes of the coarse phase.
 const COARSE_PASSES: usize = 5;
 /// Before this fine pass the tiles are drawn anew.
@@ -171,6 +183,8 @@ const REDRAW: usize = 3;
 /// Before these fine passes the field is estimated again, of what the residuals have left: gross errors that were still there at the
 /// time before make its noise too large.
 const FIELD_AGAIN: [usize; 2] = [REDRAW, REDRAW + 2];
+/// A scatter of the tiles' scores so many times the model's sigma is no chance: with 20 tiles the ratio is known to a sixth.
+const SCATTER: f64 = 1.3;
 /// A step below this, in sigmas, is the end.
 const SMALL_STEP: f64 = 0.03;
 
@@ -280,14 +294,30 @@ impl<'a> Work<'a> {
     fn estimate_field(&mut self, tiles: &[Tile]) -> Result<(), JointError> {
         let stride = tiles.len().div_ceil(FIELD_TILES).max(1);
         let chosen: Vec<&Tile> = tiles.iter().step_by(stride).collect();
-        let locator = self.locator()?;
-        let points: Vec<Points> = chosen
-            .par_iter()
-            .map(|tile| Placed::new(self.scene, &locator, tile, &self.alive).points)
-            .filter(|p| p.at_m.len() >= 12)
-            .collect();
-        if let Some(field) = restricted_likelihood(&points, &self.field, &Bounds::default()) {
-            self.field = field;
+        let locator = Locator::new(self.scene, &self.states, &self.values);
+        let locator = locator.ok_or(JointError::Profile)?;
+        let placed = |tile: &&Tile| Placed::new(self.scene, &locator, tile, &self.alive).points;
+        let mut points: Vec<Points> = chosen.par_iter().map(placed).collect();
+        for _ in 0..FIELD_ROUNDS {
+            let before: usize = points.iter().map(|p| p.at_m.len()).sum();
+            points.retain(|p| p.at_m.len() >= 12);
+            let start = self.field;
+            if let Some(field) = restricted_likelihood(&points, &start, &Bounds::default()) {
+                self.field = field;
+            }
+            // gross errors make the noise look large and hide behind it: they are judged by the noise that is claimed
+            let strict = Field {
+                noise_factor: self.field.noise_factor.min(1.0),
+                ..self.field
+            };
+            let limit = self.config.seabed.reject_sigmas;
+            let cleaned = points
+                .into_par_iter()
+                .map(|p| p.without_gross(&strict, limit));
+            points = cleaned.collect();
+            if points.iter().map(|p| p.at_m.len()).sum::<usize>() == before {
+                break;
+            }
         }
         Ok(())
     }
@@ -481,18 +511,33 @@ impl<'a> Work<'a> {
             (&self.field, &sought),
             &passed.solved,
         );
+        let sandwich_sigma = sandwich.map(|v| v.max(0.0).sqrt());
+        let modelled = |a: usize, b: usize| passed.solved.covariance(a, b) + shared[(a, b)];
+        let inflation: [f64; COUNT] = std::array::from_fn(|k| {
+            let ratio = sandwich_sigma[k] / modelled(k, k).sqrt().max(f64::MIN_POSITIVE);
+            if sought.parameters[k] && ratio > SCATTER {
+                ratio
+            } else {
+                1.0
+            }
+        });
         let covariance = |a: usize, b: usize| {
             let held = !sought.parameters[a] || !sought.parameters[b];
             if held {
                 0.0
             } else {
-                passed.solved.covariance(a, b) + shared[(a, b)]
+                modelled(a, b) * inflation[a] * inflation[b]
             }
         };
+        let prior = prior_information(self.scene);
         Ok(Joint {
+            off: self.values.from_nominal(self.scene),
+            priors: prior
+                .map(|information| (information > 0.0).then(|| information.sqrt().recip())),
             sought: sought.parameters,
             covariance: std::array::from_fn(|a| std::array::from_fn(|b| covariance(a, b))),
-            sandwich_sigma: sandwich.map(|v| v.max(0.0).sqrt()),
+            sandwich_sigma,
+            inflation,
             relief_sigma: self.part_sigma(&tiles, &sought, Part::Relief)?,
             motion_sigma: self.part_sigma(&tiles, &sought, Part::Motion)?,
             field: self.field,

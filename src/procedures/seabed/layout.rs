@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
 use super::scene::Scene;
@@ -134,7 +134,7 @@ fn track(scene: &Scene, number: usize) -> Track {
     let positions = scene.trajectory.positions_m();
     let first = times.partition_point(|t| *t < line.start_s);
     let last = times.partition_point(|t| *t <= line.end_s);
-    let place = |k: usize| positions.get(k).map_or_else(Vector2::zeros, |p| p.xy());
+    let place = |k: usize| positions.get(k).map_or_else(Vector2::zeros, Vector3::xy);
     let (begin, end) = (place(first), place(last.saturating_sub(1)));
     let way = end - begin;
     let over_s = (line.end_s - line.start_s).max(1e-9);

@@ -23,7 +23,7 @@ impl Default for Bounds {
         Self {
             sigma_m: [2e-4, 5.0],
             length_m: [0.5, 60.0],
-            noise_factor: [0.7, 1.9],
+            noise_factor: [0.5, 1.9],
         }
     }
 }

@@ -74,13 +74,27 @@ pub(super) fn result(
     }
 }
 
-fn finding(reason: &Reason) -> Finding {
+fn finding(reason: &Reason, usable: bool) -> Finding {
     Finding::new(
         reason.code,
-        Severity::Refuses,
+        if usable {
+            Severity::Finding
+        } else {
+            Severity::Refuses
+        },
         reason.words.clone(),
         format!("takes away {}", reason.parameters.join(", ")),
         reason.advice.clone(),
+    )
+}
+
+fn scatter(words: &str) -> Finding {
+    Finding::new(
+        "scatter",
+        Severity::Finding,
+        words.to_owned(),
+        "1.3 times",
+        "look for an error that the model does not have: a tide within a line, a heave channel that is wrong by more than a scale or a lag",
     )
 }
 
@@ -98,8 +112,12 @@ fn no_solution(error: &JointError) -> Verdict {
 fn verdict(outcome: &SeabedOutcome, reference: Option<&Solution>) -> Verdict {
     match (&outcome.joint, &outcome.reference) {
         (Some(Ok((_, judged))), _) => {
-            let findings: Vec<Finding> = judged.reasons.iter().map(finding).collect();
-            if judged.usable() {
+            let reasons = judged.reasons.iter().map(|r| finding(r, judged.usable()));
+            let findings = reasons
+                .chain(judged.notes.iter().map(|words| scatter(words)))
+                .collect();
+            let misfit = judged.reasons.iter().any(Reason::is_of_the_model);
+            if judged.usable() || misfit {
                 Verdict::of(findings)
             } else {
                 Verdict::not_determined(findings)
