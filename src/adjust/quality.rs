@@ -385,7 +385,7 @@ mod tests {
         .unwrap_err();
         assert_eq!(
             error.to_string(),
-            "condition 0 of set 0: 25 parameter columns, expected at most 24"
+            "condition 0 of set 0: 33 parameter columns, expected at most 32"
         );
     }
 

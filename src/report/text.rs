@@ -66,7 +66,10 @@ fn further(findings: &[Finding]) -> String {
         lines.push(format!("- and {more} more, in the report"));
     }
     let takes = |finding: &&Finding| finding.severity == Severity::Withdraws && !finding.accepted;
-    if let Some(first) = findings.iter().find(takes) {
+    let refused = findings
+        .iter()
+        .any(|finding| finding.severity == Severity::Refuses);
+    if let Some(first) = findings.iter().find(takes).filter(|_| !refused) {
         let code = &first.code;
         let how = format!(
             "A finding that you know and accept: [verdict] accept = [\"{code}\"] in the survey file."
@@ -305,6 +308,31 @@ fn signed(value: f64, unit: &str) -> String {
 #[cfg(test)]
 mod tests_of_lines {
     use super::*;
+
+    #[test]
+    fn every_finding_stands_with_its_advice_and_how_to_accept_it() {
+        let finding = |code, severity| Finding::new(code, severity, "seen", "limit", "try this");
+        let two = [
+            finding("latency", Severity::Withdraws),
+            finding("face", Severity::Finding),
+        ];
+        let text = further(&two);
+        assert!(
+            text.contains("- face (to look at): seen; try this"),
+            "{text}"
+        );
+        assert!(text.contains("accept = [\"latency\"]"), "{text}");
+        let refused = [
+            finding("sign_of_roll", Severity::Refuses),
+            finding("latency", Severity::Withdraws),
+        ];
+        let text = further(&refused);
+        assert!(
+            text.contains("- latency: seen") && !text.contains("accept"),
+            "{text}"
+        );
+        assert_eq!(further(&[]), "");
+    }
 
     #[test]
     fn a_long_sentence_is_broken_between_words() {

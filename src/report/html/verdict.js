@@ -28,7 +28,8 @@ function buildVerdict() {
   const { state, findings } = RESULT.verdict;
   if (!findings.length) return add("verdict", `Verdict: ${state}`, note("Nothing speaks against the result."), bounds());
   const rows = findings.map(finding => [severityChip(finding), el("code", {}, finding.code), finding.seen, effectWords(finding), finding.threshold || "-", finding.advice || "-"]);
-  const known = findings.find(finding => finding.severity === "withdraws" && !finding.accepted);
+  const refused = findings.some(finding => finding.severity === "refuses");
+  const known = !refused && findings.find(finding => finding.severity === "withdraws" && !finding.accepted);
   add("verdict", `Verdict: ${state}`,
     table(["", "code", "what was seen", "would move", "held against", "what to try"], rows),
     known ? note(`A finding that you know and accept: [verdict] accept = ["${known.code}"] in the survey file. It stays listed.`) : [], bounds());
