@@ -10,9 +10,9 @@ function severityChip(finding) {
 /** The parameter that the finding would move most, in its sigmas. */
 function effectWords(finding) {
   const effects = Object.entries(finding.effect_in_sigmas || {});
-  if (!effects.length) return "-";
+  if (!effects.length) return "";
   const [name, sigmas] = effects.reduce((most, one) => Math.abs(one[1]) > Math.abs(most[1]) ? one : most);
-  return `${name} by ${short(sigmas)} sigma`;
+  return `moves ${name} by ${short(sigmas)} sigma`;
 }
 
 /** What was tested for and not found: how large it could be. */
@@ -27,10 +27,11 @@ function bounds() {
 function buildVerdict() {
   const { state, findings } = RESULT.verdict;
   if (!findings.length) return add("verdict", `Verdict: ${state}`, note("Nothing speaks against the result."), bounds());
-  const rows = findings.map(finding => [severityChip(finding), el("code", {}, finding.code), finding.seen, effectWords(finding), finding.threshold || "-", finding.advice || "-"]);
+  const rows = findings.map(finding => [severityChip(finding), el("code", {}, finding.code), finding.seen, finding.advice || "-", effectWords(finding), finding.threshold || "-"]);
   const refused = findings.some(finding => finding.severity === "refuses");
   const known = !refused && findings.find(finding => finding.severity === "withdraws" && !finding.accepted);
-  add("verdict", `Verdict: ${state}`,
-    table(["", "code", "what was seen", "would move", "held against", "what to try"], rows),
+  const list = table(["", "code", "what was seen", "what to try", "effect", "limit"], rows);
+  list.classList.add("findings");
+  add("verdict", `Verdict: ${state}`, list,
     known ? note(`A finding that you know and accept: [verdict] accept = ["${known.code}"] in the survey file. It stays listed.`) : [], bounds());
 }
