@@ -9,9 +9,10 @@ use super::Ending;
 use super::args::{Apply, CoordinatesName, SolutionName};
 use super::error::CliError;
 use super::out::free_for_cloud;
+use super::result_file::read_result;
 use super::talk::Talk;
 use crate::formats::FormatError;
-use crate::formats::error::{FaultKind, Place, read_text};
+
 use crate::formats::las::stream::{self, CloudPoint, Layout, is_standard_time};
 use crate::formats::las::wkt;
 use crate::geometry::Ellipsoid;
@@ -22,7 +23,6 @@ use crate::procedures::pool::apply::{Georeferenced, Sensor, points};
 use crate::procedures::pool::summary::residuals::Model;
 use crate::procedures::pool::survey;
 use crate::procedures::pool::{PoolError, Scene};
-use crate::report::json;
 use crate::results::{Calibration, Solution};
 
 /// Runs the command.
@@ -76,21 +76,7 @@ fn refuse_extension(path: &Path) -> Result<(), CliError> {
 
 /// The sensor model of one solution of a result file.
 fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
-    let text = read_text(path)?;
-    if text.is_empty() {
-        return Err(FormatError::new(
-            FaultKind::Empty,
-            path,
-            Place::File,
-            "nothing",
-            "a result.json",
-        )
-        .into());
-    }
-    let result = json::from_slice(text.as_bytes()).map_err(|e| CliError::NoResult {
-        file: path.to_owned(),
-        found: e.to_string(),
-    })?;
+    let result = read_result(path)?;
     let (name, found) = chosen(&result, solution);
     let refused = |found: &str| CliError::NoSolution {
         file: path.to_owned(),

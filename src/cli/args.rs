@@ -218,6 +218,17 @@ pub enum Command {
         after_long_help = "EXAMPLE\n  boresight apply survey.toml --calibration result.json --out cloud.laz --coordinates utm"
     )]
     Apply(Apply),
+    /// Has the mounting changed between two calibrations?
+    #[command(
+        long_about = "Compare the mountings of two calibrations, parameter by parameter and all together, with the covariances of both. The \
+        angles are the turn between the two mountings in the body frame. The calibrations may be of different procedures, but must not \
+        share observations."
+    )]
+    #[command(
+        after_long_help = "EXAMPLE\n  boresight compare spring/result.json autumn/result.json\n\n\
+        EXIT CODES\n  0 no significant change, 1 changed, 2 results that cannot be compared"
+    )]
+    Compare(Compare),
     /// Read and validate a survey, and say what its geometry can and cannot determine
     #[command(
         long_about = "Read and validate everything that a survey names: counts, times, what lies on the target, the standard \
@@ -312,6 +323,28 @@ pub struct Calibrate {
     /// Seed of the calibration's random samples, where it draws any [default: 1]
     #[arg(long)]
     pub seed: Option<u64>,
+}
+
+/// `compare`.
+#[derive(Debug, Args)]
+pub struct Compare {
+    /// Result of the earlier calibration
+    #[arg(value_name = "BEFORE.json", value_hint = ValueHint::FilePath)]
+    pub before: PathBuf,
+    /// Result of the later one
+    #[arg(value_name = "AFTER.json", value_hint = ValueHint::FilePath)]
+    pub after: PathBuf,
+    /// Probability of calling a mounting changed that has not, above 0 and up to 0.5
+    #[arg(long, value_name = "P", default_value = "0.01", value_parser = significance)]
+    pub significance: f64,
+}
+
+fn significance(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    if value > 0.0 && value <= 0.5 {
+        return Ok(value);
+    }
+    Err("expected a probability above 0 and up to 0.5".to_owned())
 }
 
 /// Which paths run.

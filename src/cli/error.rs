@@ -87,6 +87,16 @@ pub enum CliError {
         /// What stands there.
         found: String,
     },
+    /// Two results that cannot be compared.
+    #[error("{}, {}: found {found}", before.display(), after.display())]
+    NotComparable {
+        /// The earlier one.
+        before: PathBuf,
+        /// The later one.
+        after: PathBuf,
+        /// What stands against it.
+        found: String,
+    },
     /// The thread pool could not be made.
     #[error("--threads: {found}")]
     Threads {

@@ -13,11 +13,13 @@ pub mod args;
 mod budget;
 mod calibrate;
 mod check;
+mod compare;
 mod demo;
 pub mod error;
 mod info;
 mod out;
 mod plan;
+mod result_file;
 mod simulate;
 mod talk;
 mod template;
@@ -83,6 +85,7 @@ fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
         Command::Simulate(args) => simulate::run(&args, talk),
         Command::Check(args) => check::run(&args, talk),
         Command::Apply(args) => apply::run(&args, talk),
+        Command::Compare(args) => compare::run(&args, talk),
         Command::Info(args) => info::run(&args, talk),
         Command::Budget(args) => budget::run(&args, talk),
         Command::Plan(args) => plan::run(&args, talk),

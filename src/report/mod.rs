@@ -5,6 +5,7 @@
 
 pub mod budget;
 pub mod card;
+pub mod change;
 pub mod csv;
 pub mod html;
 pub mod json;

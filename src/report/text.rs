@@ -80,7 +80,7 @@ fn further(findings: &[Finding]) -> String {
 }
 
 /// Broken between words; lines after the first are indented.
-fn wrapped(sentence: &str) -> String {
+pub(super) fn wrapped(sentence: &str) -> String {
     let mut lines = vec![String::new()];
     for word in sentence.split(' ') {
         let last = lines.last().map_or(0, |l| l.chars().count());

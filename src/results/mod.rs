@@ -7,6 +7,7 @@
 
 mod budget;
 mod calibration;
+mod change;
 mod comparison;
 mod convention;
 mod page;
@@ -24,6 +25,7 @@ pub use budget::{
     SourceShare, Sweep, SweepPoint, SweepValue,
 };
 pub use calibration::{Calibration, SCHEMA, SensorCounts, Solutions};
+pub use change::{Change, ParameterChange};
 pub use comparison::{Comparison, Difference};
 pub use convention::{Convention, ConventionField};
 pub use page::{AgainstTruth, Page, TextTable, TruthRow};

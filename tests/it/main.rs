@@ -14,6 +14,8 @@ mod budget_pages;
 mod cli;
 #[cfg(feature = "cli")]
 mod common;
+#[cfg(feature = "cli")]
+mod compare;
 mod coordinates;
 mod foreign_bytes;
 mod formats;
