@@ -98,7 +98,7 @@ const CASES: &[Case] = &[
     ("unknown section", "csv", |f| replace(f, "survey.toml", "[lidar]", "[laser]\n[lidar]"),
         &["line 19, laser: found an", "unknown key", "(nearest: lidar)"]),
     ("two keys at once", "csv", |f| { replace(f, "survey.toml", "azimuth_deg = 30.7", "azimuth_deg = \"30.7\""); replace(f, "survey.toml", "range_sigma_m = 0.01", "range_sigma_m = -1"); },
-        &["line 8, [target] azimuth_deg: found \"30.7\", expected degrees", "line 31, [multibeam] range_sigma_m: found -1, expected metres above 0 and up to 10"]),
+        &["line 8, [target] azimuth_deg: found \"30.7\", expected degrees", "line 31, [multibeam] range_sigma_m: found -1, expected metres above 0 and up to 1 (is it in millimetres?)"]),
     ("lever arm in millimetres", "csv", |f| replace(f, "survey.toml", "[0.5, -0.2, -1.6]", "[500, -200, -1600]"),
         &["[multibeam] lever_arm_m: found [500, -200, -1600], expected three numbers, each metres from -100 to 100"]),
     ("not a number", "csv", |f| replace(f, "survey.toml", "height_m = 15.08", "height_m = nan"),
@@ -208,7 +208,7 @@ const CASES: &[Case] = &[
     ("leap seconds", "csv", |f| replace(f, "survey.toml", "[multibeam]", "[multibeam]\ntime_offset_s = -18"),
         &["multibeam.csv: times: found", "time_offset_s = 18 would bring it inside, which is the leap seconds between GPS and UTC"]),
     ("partly outside", "csv", |f| replace(f, "survey.toml", "[multibeam]", "[multibeam]\ntime_offset_s = 1"),
-        &["multibeam.csv: times: found observation", "outside the trajectory, 1009.900 s to 1012.500 s", "more without a position, expected a position for every observation, or outside = \"drop\""]),
+        &["multibeam.csv: times: found observation", "outside the trajectory, 1009.900 s to 1012.500 s", "more without a position; all 98 lie up to 0.833 s after the end of a stretch of the trajectory: the sensor's stamps look late by 0.833 s", "expected a position for every observation, or outside = \"drop\""]),
     ("two files at once", "csv", |f| { set(f, "trajectory.csv", 0, 1, "x"); set(f, "multibeam.csv", 0, 5, "y"); truncate(f, "lidar.laz", 3000); },
         &["trajectory.csv: line 2", "multibeam.csv: line 2", "lidar.laz: byte"]),
 ];

@@ -17,8 +17,6 @@ fn critical(tests: usize) -> f64 {
 const ENOUGH: f64 = 30.0;
 /// A part withdraws "usable" only beyond this many times the upper limit: a part of the residuals has more ways to be odd.
 const PART: f64 = 1.6;
-/// Below the lower limit by this factor the stated noise is not of this world.
-const ABSURD: f64 = 0.2;
 
 /// A part of the observations with its name in words ("the soundings", "pass 2", "face P3").
 #[derive(Clone, Debug, PartialEq)]
@@ -64,11 +62,7 @@ pub fn whole(test: &FitTest, config: &VerdictConfig) -> Option<Finding> {
         );
     }
     if factor < low {
-        let severity = if factor < ABSURD * low {
-            Severity::Withdraws
-        } else {
-            Severity::Finding
-        };
+        let severity = Severity::Finding; // sigmas that are too large mislead nobody about the mounting
         let advice = "the noise is stated larger than it is: standard deviations in the wrong unit, or merely cautious ones";
         return Some(
             Finding::new("variance_factor", severity, seen("only"), threshold, advice).tidied(),
