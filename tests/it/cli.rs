@@ -377,28 +377,3 @@ fn a_closed_pipe_is_no_error() {
         (Some(0), String::new())
     );
 }
-
-/// Lines of the first Rust example in a text, without what rustdoc hides.
-fn example(text: &str, fence: &str) -> Vec<String> {
-    let lines = text.lines().map(|l| l.trim_start_matches("//!").trim());
-    let inside = lines
-        .skip_while(|l| *l != fence)
-        .skip(1)
-        .take_while(|l| *l != "```");
-    inside
-        .filter(|l| !l.starts_with("# "))
-        .map(str::to_owned)
-        .collect()
-}
-
-#[test]
-fn the_readme_shows_the_tested_example() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let read = |name: &str| std::fs::read_to_string(root.join(name)).expect("a text");
-    let (page, readme) = (
-        example(&read("src/lib.rs"), "```"),
-        example(&read("README.md"), "```rust"),
-    );
-    assert!(page.len() > 8);
-    assert_eq!(page, readme);
-}

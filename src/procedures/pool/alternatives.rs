@@ -437,7 +437,8 @@ fn moved_by(from: &TargetPose, to: &TargetPose) -> String {
         .atan2(level.y)
         .to_degrees()
         .round()
-        .rem_euclid(360.0);
+        .rem_euclid(360.0)
+        + 0.0; // no "-0"
     let compass = [
         "north",
         "north-east",

@@ -85,6 +85,7 @@ pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError
         let (joint, refused) = solved_jointly(&scene, &input.joint);
         let explained = refused
             .as_ref()
+            .filter(|refusal| !refusal.is_of_layout())
             .and_then(|_| judge::named(input, &scene, joint.as_ref()))
             .map(|finding| Refusal::DoesNotFit(Box::new(finding)));
         (joint, explained.or(refused))
