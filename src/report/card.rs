@@ -40,7 +40,8 @@ pub fn card(result: &Calibration) -> Option<Card> {
     let others = solution
         .parameters
         .iter()
-        .filter(|p| !of_a_mounting(p, &solution.mountings));
+        .filter(|p| !of_a_mounting(p, &solution.mountings))
+        .filter(|p| p.determined || p.note.is_empty());
     Some(Card {
         solution: result.solutions.deciding_name()?,
         rows: of_mountings.chain(others.map(other)).collect(),

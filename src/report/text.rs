@@ -171,7 +171,10 @@ fn cell(parameter: Option<&Parameter>, with_sigmas: bool) -> String {
     match (p.correction, p.sigma.filter(|_| with_sigmas)) {
         (Some(value), Some(sigma)) => with_sigma(value, sigma),
         (Some(value), None) if p.note.is_empty() => shown(value, &p.unit),
-        (Some(value), None) => format!("{} ({})", shown(value, &p.unit), p.note),
+        (Some(value), None) => {
+            let short = p.note.split(':').next().unwrap_or_default(); // the rest stands in the report
+            format!("{} ({short})", shown(value, &p.unit))
+        }
         _ => "-".to_owned(),
     }
 }
