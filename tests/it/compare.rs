@@ -93,14 +93,15 @@ fn a_result_with_itself_shares_its_files() {
 fn what_cannot_be_compared_is_refused() {
     let folder = calibrated();
     let here = folder.path();
-    let wrong: [(&str, &dyn Fn(&mut Value)); 3] = [
-        ("the second result is not usable", &|r| {
-            r["usable"] = false.into()
+    type Spoil = fn(&mut Value);
+    let wrong: [(&str, Spoil); 3] = [
+        ("the second result is not usable", |r| {
+            r["usable"] = false.into();
         }),
-        ("without a covariance", &|r| {
+        ("without a covariance", |r| {
             r["solutions"]["joint"]["covariance"] = Value::Null;
         }),
-        ("no mounting of the same name", &|r| {
+        ("no mounting of the same name", |r| {
             r["solutions"]["joint"]["mountings"] = Value::Array(vec![]);
         }),
     ];

@@ -27,6 +27,8 @@ pub struct Doubt {
     pub components: Vec<Component>,
     /// What to do.
     pub advice: String,
+    /// Estimates up to this size say nothing: noise of the column itself makes them ([`Self::beyond`]).
+    pub least: f64,
 }
 
 impl Doubt {
@@ -44,7 +46,18 @@ impl Doubt {
             what: what.to_owned(),
             components,
             advice: advice.to_owned(),
+            least: 0.0,
         }
+    }
+
+    /// The same, heard only where an estimate is beyond this size.
+    #[must_use]
+    pub fn beyond(self, least: f64) -> Self {
+        Self { least, ..self }
+    }
+
+    fn hears(&self, score: &Score) -> bool {
+        score.estimate.iter().any(|value| value.abs() > self.least)
     }
 }
 
@@ -104,7 +117,12 @@ fn worded(scores: &Scores, doubts: &[Doubt], solution: &Solution, sought: &Sough
             .fold(0.0, |most, e| most.max(e.abs())),
     };
     Doubted {
-        findings: scores.guilty.iter().map(finding).collect(),
+        findings: scores
+            .guilty
+            .iter()
+            .filter(|score| doubts[score.suspect].hears(score))
+            .map(finding)
+            .collect(),
         bounds: scores.alone.iter().map(bound).collect(),
     }
 }

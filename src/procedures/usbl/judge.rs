@@ -29,6 +29,8 @@ use crate::geometry::rotation::{from_attitude, log, to_attitude};
 use crate::observe::Trajectory;
 use crate::observe::usbl::UsblCampaign;
 use crate::results::{Finding, Severity};
+use crate::stats::Moments;
+use crate::units::wrap_angle;
 
 /// Seconds before and after a fix over which the body's rate is taken.
 const HALF_S: f64 = 0.1;
@@ -54,7 +56,16 @@ struct Doubts<'a> {
     rates: Vec<Vector3<f64>>,
 }
 
-fn list() -> Vec<Doubt> {
+/// What is doubted, in the order of the columns.
+///
+/// A scale's column holds the attitude as measured, noise included, so that its estimate has the mean `-sigma^2 / v` with the variance
+/// `v` of what the boat turned (errors in variables, Fuller 1987, section 1.1); it is heard beyond three times that.
+fn list(scene: &Scene, used: &[u32]) -> Vec<Doubt> {
+    let noise = &scene.campaign.attitude_noise;
+    let turned = |angle: usize| used.iter().map(move |fix| attitude(scene, *fix)[angle]);
+    let by_noise = |sigma_rad: f64, angle: usize| 3.0 * sigma_rad.powi(2) / variance(turned(angle));
+    let level = [0, 1].map(|angle| by_noise(noise.roll_pitch_rad, angle));
+    let heading = by_noise(noise.heading_rad, 2);
     let scales = [
         "roll scale",
         "pitch scale",
@@ -79,14 +90,30 @@ fn list() -> Vec<Doubt> {
             "roll and pitch do not turn the boat as they say",
             scales.map(|name| Component::new(name, Unit::One)).to_vec(),
             "check signs, order and unit of roll and pitch, and the axes of the attitude sensor (-200 % is a wrong sign)",
-        ),
+        )
+        .beyond(level[0].max(level[1])),
         Doubt::single(
             "heading_scale",
             "heading does not turn the boat as it says",
             Unit::One,
             "check the sign and unit of heading (-200 % is a wrong sign)",
-        ),
+        )
+        .beyond(heading),
     ]
+}
+
+/// Roll, pitch and heading at a fix; the heading against the first fix's, so that north is no seam.
+fn attitude(scene: &Scene, fix: u32) -> [f64; 3] {
+    let of = |fix: usize| to_attitude(&scene.poses[fix].rotation);
+    let (roll, pitch, heading) = of(fix as usize);
+    [roll, pitch, wrap_angle(heading - of(0).2)]
+}
+
+/// Variance about the mean; 0 without values.
+fn variance(values: impl Iterator<Item = f64>) -> f64 {
+    let mut moments = Moments::new(1);
+    values.for_each(|value| moments.add(&[value]));
+    moments.variance().map_or(0.0, |v| v[0])
 }
 
 impl<'a> Doubts<'a> {
@@ -179,7 +206,7 @@ impl Case<'_> {
         let misfit = (global.omega, global.degrees_of_freedom);
         doubts::test(
             (problem, self.solution),
-            &list(),
+            &list(self.scene, self.used),
             &[Some(&columns)],
             &wanted,
             misfit,
