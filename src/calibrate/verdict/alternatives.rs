@@ -54,6 +54,18 @@ pub struct Alternative {
     pub advice: &'static str,
 }
 
+impl Alternative {
+    /// From its parts.
+    #[must_use]
+    pub fn new(code: &'static str, words: impl Into<String>, advice: &'static str) -> Self {
+        Self {
+            code,
+            words: words.into(),
+            advice,
+        }
+    }
+}
+
 /// Merit that an alternative must gain on the survey as given, as a factor.
 const BETTER: f64 = 1.3;
 /// Share that must fit under an alternative for it to be named.

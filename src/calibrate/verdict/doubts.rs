@@ -70,6 +70,14 @@ pub struct Doubted {
     pub bounds: Vec<Bound>,
 }
 
+impl Doubted {
+    /// The gravest finding, if one withdraws "usable".
+    #[must_use]
+    pub fn withdrawn(&self) -> Option<&Finding> {
+        self.findings.iter().find(|finding| finding.withdraws())
+    }
+}
+
 /// The parameters sought: name and column.
 pub type Sought = [(String, usize)];
 

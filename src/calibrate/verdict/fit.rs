@@ -2,7 +2,7 @@
 
 use super::VerdictConfig;
 use super::doubts::readable;
-use crate::adjust::{FitTest, PriorTest};
+use crate::adjust::{AdjustError, FitTest, PriorTest, Solution, beside_conditions};
 use crate::results::{Finding, Severity};
 use crate::units::with_sigma;
 
@@ -31,6 +31,21 @@ pub struct Part {
     pub advice: String,
     /// Whether it is judged as strictly as the whole.
     pub strict: bool,
+}
+
+/// The test of everything, and that of the chain: these sets of conditions, the priors and the chain's innovations together.
+///
+/// # Errors
+/// Those of [`beside_conditions`].
+pub fn together(
+    conditions: impl Iterator<Item = FitTest> + Clone,
+    solution: &Solution,
+    degrees_of_freedom: f64,
+) -> Result<(FitTest, FitTest), AdjustError> {
+    let known: f64 = conditions.clone().map(|test| test.redundancy).sum();
+    let (priors, chain) = beside_conditions(solution, degrees_of_freedom - known)?;
+    let whole = conditions.fold(priors.with(chain), FitTest::with);
+    Ok((whole, chain))
 }
 
 /// The whole against the limits of its variance factor.

@@ -164,11 +164,7 @@ fn mistake(
     undo: fn(&mut Survey),
 ) -> Mistake {
     Mistake {
-        alternative: Alternative {
-            code,
-            words: words.to_owned(),
-            advice,
-        },
+        alternative: Alternative::new(code, words, advice),
         undo: Box::new(undo),
     }
 }
@@ -404,11 +400,11 @@ fn misplaced(survey: &Survey, input: &PoolInput) -> Option<Mistake> {
         ..pose
     };
     Some(Mistake {
-        alternative: Alternative {
-            code: "target_origin",
-            words: format!("with the target's origin {words} of where [target] puts it"),
-            advice: "check [target] origin: its coordinates, their datum, and whether its height is ellipsoidal",
-        },
+        alternative: Alternative::new(
+            "target_origin",
+            format!("with the target's origin {words} of where [target] puts it"),
+            "check [target] origin: its coordinates, their datum, and whether its height is ellipsoidal",
+        ),
         undo: Box::new(move |survey| survey.prior = prior),
     })
 }

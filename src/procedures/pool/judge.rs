@@ -2,18 +2,16 @@
 
 use super::conditions::{ReturnConditions, SoundingConditions};
 use super::doubts::{Doubts, Passes};
-use super::joint::{Blocks, JointOutcome, RETURNS, SIX, SOUNDINGS};
+use super::joint::{Blocks, RETURNS, SIX, SOUNDINGS};
 use super::scene::Scene;
 use crate::adjust::{
-    AdjustError, FitTest, GroupQuality, Kernel, Problem, Quality, Solution, beside_conditions,
-    prior_tests,
+    AdjustError, FitTest, GroupQuality, Kernel, Problem, Quality, Solution, prior_tests,
 };
 use crate::calibrate::verdict::bounds::{Correction, size};
 use crate::calibrate::verdict::doubts::{self, Doubted};
 use crate::calibrate::verdict::fit::{self, Part};
 use crate::calibrate::verdict::{VerdictConfig, accepted};
 use crate::observe::Mounting;
-use crate::results::Finding;
 
 /// Cells of the tests of parts: sensor, pass, face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,12 +112,8 @@ impl Case<'_> {
             .iter()
             .map(|g| FitTest::of(g, kernel))
             .collect();
-        let known: f64 = conditions.iter().map(|test| test.redundancy).sum();
-        let left = self.quality.global.degrees_of_freedom - known;
-        let (priors, chain) = beside_conditions(self.solution, left)?;
-        let whole = conditions
-            .iter()
-            .fold(priors.with(chain), |all, test| all.with(*test));
+        let freedom = self.quality.global.degrees_of_freedom;
+        let (whole, chain) = fit::together(conditions.iter().copied(), self.solution, freedom)?;
         let mut parts = vec![Part {
             code: "trajectory",
             name: "the trajectory's estimated errors (drift, noise of position and attitude)".to_owned(),
@@ -207,16 +201,5 @@ fn sensor_part(group: &GroupQuality, kernel: Kernel) -> Part {
         test: FitTest::of(group, kernel),
         advice: advice.to_owned(),
         strict: true,
-    }
-}
-
-impl JointOutcome {
-    /// The gravest finding, if it withdraws "usable".
-    #[must_use]
-    pub fn withdrawn(&self) -> Option<&Finding> {
-        self.doubted
-            .findings
-            .iter()
-            .find(|finding| finding.withdraws())
     }
 }

@@ -289,7 +289,7 @@ impl Refusal {
                 });
             }
         }
-        if let Some(finding) = joint.withdrawn() {
+        if let Some(finding) = joint.doubted.withdrawn() {
             return Some(Self::DoesNotFit(Box::new(finding.clone())));
         }
         joint

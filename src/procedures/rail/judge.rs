@@ -7,9 +7,7 @@ use super::model::Blocks;
 use super::run::RailInput;
 use super::scene::RailScene;
 use super::trial::names;
-use crate::adjust::{
-    AdjustError, FitTest, Problem, Quality, Solution, beside_conditions, prior_tests,
-};
+use crate::adjust::{AdjustError, FitTest, Problem, Quality, Solution, prior_tests};
 use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::bounds::{Correction, Share, share, size};
 use crate::calibrate::verdict::doubts::{self, Doubted};
@@ -102,12 +100,8 @@ impl Case<'_> {
         let kernel = self.solution.kernel;
         let groups = &self.quality.groups;
         let conditions: Vec<FitTest> = groups.iter().map(|g| FitTest::of(g, kernel)).collect();
-        let known: f64 = conditions.iter().map(|test| test.redundancy).sum();
-        let left = self.quality.global.degrees_of_freedom - known;
-        let (priors, chain) = beside_conditions(self.solution, left)?;
-        let whole = conditions
-            .iter()
-            .fold(priors.with(chain), |all, test| all.with(*test));
+        let freedom = self.quality.global.degrees_of_freedom;
+        let (whole, chain) = fit::together(conditions.iter().copied(), self.solution, freedom)?;
         let profilers = &self.scene.campaign.profilers;
         let mut parts: Vec<Part> = groups
             .iter()
@@ -208,15 +202,6 @@ fn sensor(profiler: Option<&str>, test: FitTest) -> Part {
 }
 
 impl RailJoint {
-    /// The gravest finding, if it withdraws "usable".
-    #[must_use]
-    pub fn withdrawn(&self) -> Option<&Finding> {
-        self.doubted
-            .findings
-            .iter()
-            .find(|finding| finding.withdraws())
-    }
-
     /// Share of the resting points of the worst-off profiler that are used, and the variance factor.
     fn tried(&self, scene: &RailScene) -> Tried {
         let profilers = scene.campaign.profilers.len();
@@ -252,11 +237,11 @@ pub fn named(input: &RailInput, as_given: &RailJoint) -> Option<Finding> {
         else {
             continue;
         };
-        let alternative = Alternative {
-            code: "other_rail",
-            words: format!("with the built-in rail {name}"),
-            advice: "another rail profile fits better: check [rail] model",
-        };
+        let alternative = Alternative::new(
+            "other_rail",
+            format!("with the built-in rail {name}"),
+            "another rail profile fits better: check [rail] model",
+        );
         tried.extend(fitted(input.campaign, &rail, input).map(|found| (alternative, found)));
     }
     for (alternative, undo) in mistakes() {
@@ -277,17 +262,7 @@ fn fitted(campaign: &RailCampaign, rail: &RailProfile, input: &RailInput) -> Opt
 type Undo = fn(&mut RailCampaign);
 
 fn mistakes() -> Vec<(Alternative, Undo)> {
-    let one = |code, words: &str, advice, undo: Undo| {
-        let words = words.to_owned();
-        (
-            Alternative {
-                code,
-                words,
-                advice,
-            },
-            undo,
-        )
-    };
+    let one = |code, words: &str, advice, undo: Undo| (Alternative::new(code, words, advice), undo);
     vec![
         one(
             "sign_of_lateral",

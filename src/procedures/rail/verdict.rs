@@ -126,7 +126,7 @@ pub fn after(
         .or_else(|| before(scene, config).into_iter().next())
         .or_else(|| not_solved(joint))
         .or_else(|| {
-            let finding = joint.withdrawn()?;
+            let finding = joint.doubted.withdrawn()?;
             Some(RailRefusal::DoesNotFit(Box::new(finding.clone())))
         })
         .or_else(|| absurd(joint))

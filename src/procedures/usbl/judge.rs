@@ -18,7 +18,7 @@ use super::joint::{self, JointOutcome, sought};
 use super::scene::Scene;
 use crate::adjust::{
     AdjustError, Component, FitTest, ParameterSet, Problem, Quality, Row, ScoreColumns, Solution,
-    Solved, Unit, beside_conditions, prior_tests,
+    Solved, Unit, prior_tests,
 };
 use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::bounds::{Correction, Share, share, size};
@@ -243,12 +243,9 @@ impl Case<'_> {
                 _ => continue,
             });
         }
-        let known: f64 = parts.iter().map(|part| part.test.redundancy).sum();
-        let left = self.quality.global.degrees_of_freedom - known;
-        let (priors, chain) = beside_conditions(self.solution, left)?;
-        let whole = parts
-            .iter()
-            .fold(priors.with(chain), |all, part| all.with(part.test));
+        let freedom = self.quality.global.degrees_of_freedom;
+        let conditions = parts.iter().map(|part| part.test);
+        let (whole, chain) = fit::together(conditions, self.solution, freedom)?;
         let advice = "check the attitude's standard deviations; is its noise white, or does it wander (coloured noise)?";
         parts.push(part(
             "attitude",
@@ -324,15 +321,6 @@ fn correction(found: &Matrix3<f64>, scene: &Scene) -> Correction {
 }
 
 impl JointOutcome {
-    /// The gravest finding, if it withdraws "usable".
-    #[must_use]
-    pub fn withdrawn(&self) -> Option<&Finding> {
-        self.doubted
-            .findings
-            .iter()
-            .find(|finding| finding.withdraws())
-    }
-
     fn tried(&self, scene: &Scene, config: &VerdictConfig) -> Tried {
         Tried {
             share: self.used.len() as f64 / scene.common.len().max(1) as f64,
@@ -366,17 +354,7 @@ pub fn named(input: &UsblInput, scene: &Scene, as_given: Option<&JointOutcome>) 
 type Undo = fn(&mut UsblCampaign);
 
 fn mistakes() -> Vec<(Alternative, Undo)> {
-    let one = |code, words: &str, advice, undo: Undo| {
-        let words = words.to_owned();
-        (
-            Alternative {
-                code,
-                words,
-                advice,
-            },
-            undo,
-        )
-    };
+    let one = |code, words: &str, advice, undo: Undo| (Alternative::new(code, words, advice), undo);
     vec![
         one(
             "attitude_in_radians",

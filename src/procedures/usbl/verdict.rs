@@ -175,7 +175,7 @@ impl Refusal {
                 how: "out of iterations".to_owned(),
             });
         }
-        if let Some(finding) = joint.withdrawn() {
+        if let Some(finding) = joint.doubted.withdrawn() {
             return Some(Self::DoesNotFit(Box::new(finding.clone())));
         }
         let factor = joint.judgement.as_ref()?.quality.global.variance_factor;
