@@ -1,0 +1,259 @@
+//! Mutants: every format of the table and every TOML is read, or refused in words that name the file.
+
+use std::fmt::Write as _;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use boresight::calibrate::seam::Procedure;
+use boresight::formats::registry::{FORMATS, Format};
+use boresight::procedures;
+
+use super::{ROOT, count, fixture, names, survey_folder};
+
+/// Numbers that are the same in every run.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0 as usize
+    }
+}
+
+/// Pieces of text that readers of numbers and keys stumble over.
+const PIECES: [&str; 12] = [
+    "nan",
+    "inf",
+    "-1",
+    "1e308",
+    "1e-308",
+    "999999999999",
+    "\"",
+    "[",
+    "=",
+    "\u{fffd}",
+    "",
+    "0",
+];
+
+/// Changed, lost and repeated bytes; in a text also whole words.
+fn mutant(good: &[u8], numbers: &mut Numbers) -> Vec<u8> {
+    let mut bytes = good.to_vec();
+    for _ in 0..1 + numbers.next() % 3 {
+        let at = numbers.next() % bytes.len().max(1);
+        let end = (at + 1 + numbers.next() % 12).min(bytes.len());
+        match numbers.next() % 6 {
+            0 => bytes.truncate(at),
+            1 => drop(bytes.drain(at..end)),
+            2 => {
+                let piece = bytes[at..end].to_vec();
+                bytes.splice(at..at, piece);
+            }
+            3 => {
+                let piece = PIECES[numbers.next() % PIECES.len()];
+                bytes.splice(at..end, piece.bytes());
+            }
+            _ if at < bytes.len() => bytes[at] = numbers.next() as u8,
+            _ => {}
+        }
+    }
+    bytes
+}
+
+/// Longest time that a mutant may take; the slowest of thousands took a fraction of it.
+const LONGEST: Duration = Duration::from_secs(10);
+
+/// A message begins with a file of the folder, or with the file's name where nothing was read from a disk.
+fn complete(kind: &str, message: &str, begins: &Path) {
+    let begins = begins.display().to_string();
+    for line in message.lines() {
+        assert!(line.starts_with(&begins), "{kind}: {line}");
+        assert!(
+            line.len() < 2000,
+            "{kind}: a message of {} bytes",
+            line.len()
+        );
+    }
+    assert!(!message.trim().is_empty(), "{kind}: an empty message");
+}
+
+/// Reads a good file, then `wanted` mutants of it; `read` gives what is said of one, nothing where it is taken. At least one in
+/// `at_least` must be refused: a reader that takes everything reads nothing.
+fn survive(
+    kind: &str,
+    good: &[u8],
+    begins: &Path,
+    (wanted, at_least): (usize, usize),
+    read: impl Fn(&[u8]) -> Option<String>,
+) {
+    assert_eq!(read(good), None, "{kind} as it is");
+    let (mut numbers, mut refusals) = (Numbers(0x9e37_79b9_7f4a_7c15), 0);
+    for k in 0..wanted {
+        let bytes = mutant(good, &mut numbers);
+        let begun = Instant::now();
+        let ended = catch_unwind(AssertUnwindSafe(|| read(&bytes)));
+        let said = ended.unwrap_or_else(|_| panic!("{kind}: mutant {k} panicked"));
+        assert!(
+            begun.elapsed() < LONGEST,
+            "{kind}: mutant {k} took too long"
+        );
+        if let Some(message) = said {
+            complete(kind, &message, begins);
+            refusals += 1;
+        }
+    }
+    assert!(
+        refusals * at_least > wanted,
+        "{kind}: only {refusals} of {wanted} refused"
+    );
+}
+
+/// A small survey of a procedure by its own simulator: the built-in scenario, or the thin one of `models/scenarios`.
+fn simulated(procedure: &dyn Procedure) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("folder");
+    let thin = format!("models/scenarios/{}-thin.toml", procedure.name());
+    let text = std::fs::read_to_string(Path::new(ROOT).join(thin));
+    let text = text.unwrap_or_else(|_| procedure.demo());
+    let scenario = procedure
+        .scenario(Path::new("scenario.toml"), &text)
+        .expect("a scenario");
+    scenario
+        .write(1, folder.path(), &|_| {})
+        .expect("a survey");
+    folder
+}
+
+/// A short text table: what a person types.
+fn typed(header: &str, row: fn(f64) -> String) -> Vec<u8> {
+    let mut text = format!("{header}\n");
+    for k in 0..60 {
+        let _ = writeln!(text, "{}", row(f64::from(k)));
+    }
+    text.into_bytes()
+}
+
+/// Good files of a format. A new format of the table needs a line here.
+fn samples(format: &Format) -> Vec<Vec<u8>> {
+    let simulated = |procedure: &str, file: &str| {
+        let of = procedures::ALL.iter().find(|p| p.name() == procedure);
+        let folder = simulated(*of.expect("a procedure"));
+        std::fs::read(folder.path().join(file)).expect("simulated")
+    };
+    match format.name {
+        "trajectory CSV" => vec![fixture("tests/data/csv/trajectory.csv")],
+        "SBET" => vec![fixture("tests/data/sbet/trajectory.out")],
+        // point formats 1 and 6: one stream, and layers
+        "LAS, LAZ" => vec![
+            fixture("tests/data/csv/lidar.laz"),
+            fixture("tests/data/sbet/lidar.laz"),
+        ],
+        "laser CSV" => vec![typed("time_s,x_m,y_m,z_m", |k| {
+            format!("{},{},5.0,-1.25", 100.0 + 0.01 * k, 0.1 * k)
+        })],
+        "soundings CSV" => vec![fixture("tests/data/csv/multibeam.csv")],
+        "sound-speed CSV" => vec![typed("depth_m,sound_speed_m_s", |k| {
+            format!("{k},{}", 1480.0 + 0.1 * k)
+        })],
+        "attitude CSV" => vec![fixture("tests/data/rail/attitude.csv")],
+        "acoustic fixes CSV" => vec![simulated("usbl", "fixes.csv")],
+        "control points CSV" => vec![simulated("usbl", "control.csv")],
+        "rail profiles CSV" => vec![fixture("tests/data/rail/profiles.csv")],
+        "rail profiles Parquet" => vec![fixture("tests/data/rail/profiles.parquet")],
+        "table positions CSV" => vec![fixture("tests/data/rail/table.csv")],
+        other => panic!("no sample of {other}"),
+    }
+}
+
+#[test]
+fn mutants_of_every_format_are_read_or_refused_in_words() {
+    let wanted = count("BORESIGHT_MUTANTS", 200);
+    let folder = tempfile::tempdir().expect("folder");
+    let built = |f: &&Format| cfg!(feature = "parquet") || !f.extensions.contains(&"parquet");
+    for format in FORMATS.iter().filter(built) {
+        let path = folder
+            .path()
+            .join(format!("mutant.{}", format.extensions[0]));
+        for mut good in samples(format) {
+            // a long text is mutated where most of its words are; a binary file must stay whole
+            if !good.contains(&0) {
+                let lines = good.iter().take(40_000).rposition(|b| *b == b'\n');
+                good.truncate(lines.map_or(good.len(), |end| end + 1));
+            }
+            // a column of doubles shows little of what was done to it
+            survive(format.name, &good, &path, (wanted, 20), |bytes| {
+                std::fs::write(&path, bytes).expect("written");
+                let read = format.readers.iter().map(|r| r.probe(&path));
+                let errors: Vec<_> = read.filter_map(Result::err).collect();
+                errors.first().map(ToString::to_string)
+            });
+        }
+    }
+}
+
+/// Readers without a fixture of their own meet another kind's bytes.
+#[test]
+fn other_formats_are_refused_in_words() {
+    let folder = tempfile::tempdir().expect("folder");
+    let built = |f: &&Format| cfg!(feature = "parquet") || !f.extensions.contains(&"parquet");
+    let all: Vec<_> = FORMATS.iter().filter(built).collect();
+    for format in &all {
+        let path = folder.path().join(format!("other.{}", format.extensions[0]));
+        for other in all.iter().filter(|o| o.name != format.name) {
+            // a trajectory holds an attitude
+            if (format.name, other.name) == ("attitude CSV", "trajectory CSV") {
+                continue;
+            }
+            std::fs::write(&path, &samples(other)[0]).expect("written");
+            for reader in format.readers {
+                let said = reader.probe(&path).err();
+                let said = said.unwrap_or_else(|| panic!("{} read {}", format.name, other.name));
+                complete(format.name, &said.to_string(), &path);
+            }
+        }
+    }
+}
+
+fn in_words<T, E: std::fmt::Display>(read: Result<T, E>) -> Option<String> {
+    read.err().map(|e| e.to_string())
+}
+
+#[test]
+fn mutants_of_every_scenario_are_read_or_refused_in_words() {
+    let wanted = count("BORESIGHT_MUTANTS", 200);
+    let file = Path::new("some/file");
+    for procedure in procedures::ALL {
+        let good = procedure.demo().into_bytes();
+        let kind = format!("{} scenario", procedure.name());
+        survive(&kind, &good, file, (wanted, 5), |bytes| {
+            let text = std::str::from_utf8(bytes).ok()?;
+            in_words(procedure.scenario(file, text))
+        });
+    }
+}
+
+/// Every TOML of a survey, read as the program reads it: with the files that it names.
+#[test]
+fn mutants_of_every_survey_are_read_or_refused_in_words() {
+    let wanted = count("BORESIGHT_MUTANTS", 60);
+    for procedure in procedures::ALL {
+        let folder = match procedure.name() {
+            "pool" => survey_folder(), // its own simulator's survey is large
+            _ => simulated(procedure),
+        };
+        let survey = folder.path().join("survey.toml");
+        let tables = names(folder.path()).into_iter();
+        for name in tables.filter(|n| n.ends_with(".toml") && n != "scenario.toml") {
+            let path: PathBuf = folder.path().join(&name);
+            let good = std::fs::read(&path).expect("bytes");
+            let kind = format!("{} {name}", procedure.name());
+            survive(&kind, &good, folder.path(), (wanted, 5), |bytes| {
+                std::fs::write(&path, bytes).expect("written");
+                in_words(procedure.read(&survey))
+            });
+            std::fs::write(&path, good).expect("written");
+        }
+    }
+}
