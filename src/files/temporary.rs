@@ -23,12 +23,21 @@ pub fn new_in(folder: &Path) -> io::Result<NamedTempFile> {
         let file = tempfile::Builder::new()
             .prefix(NAME.0)
             .suffix(NAME.1)
-            .tempfile_in(folder)?;
+            .tempfile_in(folder)
+            .map_err(bare)?;
         // where locks do not exist, nobody sweeps either
         let _ = file.as_file().lock();
         if file.path().exists() {
             return Ok(file);
         }
+    }
+}
+
+/// An error without the temporary name, which means nothing to a reader: what kind of error it is.
+fn bare(error: io::Error) -> io::Error {
+    match error.raw_os_error() {
+        Some(_) => error,
+        None => error.kind().into(),
     }
 }
 
@@ -108,6 +117,14 @@ mod tests {
             .collect();
         names.sort();
         names
+    }
+
+    #[test]
+    fn an_error_says_nothing_of_the_temporary_name() {
+        let place = tempfile::tempdir().expect("folder");
+        let error = new_in(&place.path().join("missing")).expect_err("no folder");
+        assert_eq!(error.kind(), io::ErrorKind::NotFound);
+        assert!(!error.to_string().contains(NAME.0), "{error}");
     }
 
     #[test]

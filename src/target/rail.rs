@@ -195,7 +195,10 @@ impl RailProfile {
     }
 }
 
-/// A model that ships with the program: `chn60` or `uic60`.
+/// Names of the rails that ship with the program.
+pub const BUILT_IN: [&str; 2] = ["chn60", "uic60"];
+
+/// A model that ships with the program, see [`BUILT_IN`].
 #[must_use]
 pub fn built_in_model(name: &str) -> Option<RailModel> {
     let text = match name {

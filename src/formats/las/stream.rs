@@ -1,13 +1,13 @@
 //! Points into LAS and LAZ as they come, without holding them.
 
+use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
 use las::point::Format;
 use las::{Builder, GpsTimeType, Point, Transform, Vector};
 
-use crate::files::temporary::{new_in, sweep};
-use crate::files::whole::{folder_of, readable_by_all};
+use crate::files::write_whole;
 use crate::formats::error::FormatError;
 use crate::formats::extension;
 
@@ -57,20 +57,33 @@ pub fn write<E: From<FormatError>>(
     chunks: impl Iterator<Item = Result<Vec<CloudPoint>, E>>,
 ) -> Result<u64, E> {
     let refused = |error: &dyn std::fmt::Display| E::from(FormatError::unwritable(path, error));
-    let folder = folder_of(path);
-    sweep(folder);
-    let temporary = new_in(folder).map_err(|e| refused(&e))?;
-    let file = temporary.as_file().try_clone().map_err(|e| refused(&e))?;
     let header = header(layout, extension(path) != "las").map_err(|e| refused(&e))?;
-    let writer = las::Writer::new(BufWriter::with_capacity(1 << 20, file), header)
-        .map_err(|e| refused(&e))?;
-    let count = fill(writer, chunks, &refused)?;
-    readable_by_all(temporary.as_file()).map_err(|e| refused(&e))?;
-    temporary.persist(path).map_err(|e| refused(&e.error))?;
+    let mut filled = Ok(0);
+    let written = write_whole(path, |file| {
+        let file = file.get_ref().try_clone()?;
+        filled = filling(file, header, chunks, &refused);
+        match filled {
+            Ok(_) => Ok(()),
+            Err(_) => Err(std::io::Error::other("not filled")),
+        }
+    });
+    let count = filled?;
+    written.map_err(|e| refused(&e.source))?;
     Ok(count)
 }
 
-type Sink = las::Writer<BufWriter<std::fs::File>>;
+fn filling<E>(
+    file: File,
+    header: las::Header,
+    chunks: impl Iterator<Item = Result<Vec<CloudPoint>, E>>,
+    refused: &dyn Fn(&dyn std::fmt::Display) -> E,
+) -> Result<u64, E> {
+    let file = BufWriter::with_capacity(1 << 20, file);
+    let writer = las::Writer::new(file, header).map_err(|e| refused(&e))?;
+    fill(writer, chunks, refused)
+}
+
+type Sink = las::Writer<BufWriter<File>>;
 
 fn fill<E>(
     mut writer: Sink,

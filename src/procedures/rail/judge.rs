@@ -16,6 +16,7 @@ use crate::calibrate::verdict::{Alternative, Tried, VerdictConfig, accepted};
 use crate::observe::RailCampaign;
 use crate::results::Finding;
 use crate::target::RailProfile;
+use crate::target::rail::BUILT_IN;
 
 /// A solution with what it is judged by.
 pub struct Case<'a> {
@@ -223,9 +224,6 @@ impl RailJoint {
         }
     }
 }
-
-/// Names of the rails that ship with the program.
-const BUILT_IN: [&str; 2] = ["chn60", "uic60"];
 
 /// Names the discrete mistake that turns the misfit of a rail calibration into a fit, if there is one.
 #[must_use]

@@ -7,10 +7,19 @@ use std::time::{Duration, Instant};
 use super::{PROGRAM, accepted, count, fixture, names, refused};
 
 /// Commands that write, with the folder that they write into; all are quick on these files.
-const COMMANDS: [&[&str]; 3] = [
+const COMMANDS: [&[&str]; 5] = [
     &["simulate", "scenario.toml", "--out", "out"],
     &["calibrate", "survey/survey.toml", "--out", "out"],
     &["budget", "scenario.toml", "--trials", "2", "--out", "out"],
+    &["plan", "pool.toml", "--out", "out"],
+    &[
+        "apply",
+        "pool/survey.toml",
+        "--calibration",
+        "pool-result/result.json",
+        "--out",
+        "out/points.laz",
+    ],
 ];
 
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
@@ -21,13 +30,21 @@ fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
     names(folder).into_iter().map(read).collect()
 }
 
+/// A folder with what the commands read: small scenarios, a survey of each, and a result.
 fn kill_folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("folder");
-    let scenario = fixture("models/scenarios/usbl-thin.toml");
-    std::fs::write(folder.path().join("scenario.toml"), scenario).expect("written");
+    let scenarios = [
+        ("scenario.toml", "usbl-thin", "survey"),
+        ("pool.toml", "single-pass-thin", "pool"),
+    ];
+    for (file, name, survey) in scenarios {
+        let scenario = fixture(&format!("models/scenarios/{name}.toml"));
+        std::fs::write(folder.path().join(file), scenario).expect("written");
+        accepted(folder.path(), &["simulate", file, "--out", survey]);
+    }
     accepted(
         folder.path(),
-        &["simulate", "scenario.toml", "--out", "survey"],
+        &["calibrate", "pool/survey.toml", "--out", "pool-result"],
     );
     folder
 }

@@ -120,9 +120,7 @@ fn simulated(procedure: &dyn Procedure) -> tempfile::TempDir {
     let scenario = procedure
         .scenario(Path::new("scenario.toml"), &text)
         .expect("a scenario");
-    scenario
-        .write(1, folder.path(), &|_| {})
-        .expect("a survey");
+    scenario.write(1, folder.path(), &|_| {}).expect("a survey");
     folder
 }
 
@@ -200,7 +198,9 @@ fn other_formats_are_refused_in_words() {
     let built = |f: &&Format| cfg!(feature = "parquet") || !f.extensions.contains(&"parquet");
     let all: Vec<_> = FORMATS.iter().filter(built).collect();
     for format in &all {
-        let path = folder.path().join(format!("other.{}", format.extensions[0]));
+        let path = folder
+            .path()
+            .join(format!("other.{}", format.extensions[0]));
         for other in all.iter().filter(|o| o.name != format.name) {
             // a trajectory holds an attitude
             if (format.name, other.name) == ("attitude CSV", "trajectory CSV") {
@@ -232,6 +232,20 @@ fn mutants_of_every_scenario_are_read_or_refused_in_words() {
             in_words(procedure.scenario(file, text))
         });
     }
+}
+
+#[test]
+fn a_rail_that_is_neither_built_in_nor_a_file_is_named_with_its_line() {
+    let rail = procedures::ALL.iter().find(|p| p.name() == "rail");
+    let rail = rail.expect("a procedure");
+    let text = rail.demo();
+    let typo = text.replace("model = \"chn60\"", "model = \"chn06\"");
+    assert_ne!(typo, text);
+    let said = in_words(rail.scenario(Path::new("some/file"), &typo)).expect("refused");
+    assert!(
+        said.starts_with("some/file: line ") && said.contains("\"chn60\", \"uic60\""),
+        "{said}"
+    );
 }
 
 /// Every TOML of a survey, read as the program reads it: with the files that it names.

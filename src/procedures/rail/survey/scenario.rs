@@ -13,7 +13,7 @@ use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::{read_text, typed};
 use crate::survey::schema;
-use crate::target::rail::built_in_model;
+use crate::target::rail::{BUILT_IN, built_in_model};
 use crate::target::{RailModel, RailProfile};
 
 /// A scenario, its rail, and what it says of the calibration.
@@ -103,6 +103,7 @@ pub fn parse_scenario(
         }
         None => {
             let place = folder.join(&scenario.rail.model);
+            none_of(no_model(&document, &place).into_iter().collect())?;
             parse_model(&place, &read_text(&place)?)?
         }
     };
@@ -111,5 +112,15 @@ pub fn parse_scenario(
         model,
         rail,
         calibration,
+    })
+}
+
+/// What is wrong with a name that is neither a built-in profile nor a file.
+fn no_model(document: &Document<'_>, place: &Path) -> Option<Problem> {
+    let known = BUILT_IN.map(|name| format!("\"{name}\"")).join(", ");
+    (!place.exists()).then(|| {
+        let found = format!("{}, no such file", place.display());
+        let expected = format!("a built-in profile ({known}) or a file beside the scenario");
+        document.problem(&["rail", "model"], found, expected)
     })
 }
