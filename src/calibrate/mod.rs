@@ -1,6 +1,7 @@
 //! What every calibration has in common: the seam, what is chosen, how figures are judged and shown.
 
 pub mod choices;
+pub mod cloud;
 pub mod compare;
 pub mod conventions;
 pub mod driver;

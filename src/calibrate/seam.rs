@@ -17,6 +17,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::choices::Method;
+use super::cloud::{Cloud, SensorModel};
 use super::tried::Tried;
 use crate::formats::FormatError;
 use crate::results::{Calibration, InputFile, Page, Provenance, Software};
@@ -69,6 +70,9 @@ pub trait Loaded: Sync {
     /// The survey's name.
     fn name(&self) -> &str;
 
+    /// Every file that was read, the survey file first, paths as they stand in the survey file.
+    fn inputs(&self) -> &[InputFile];
+
     /// Calibrates it; `truth` is the content of a simulated survey's `truth.json`.
     ///
     /// # Errors
@@ -92,6 +96,15 @@ pub trait Loaded: Sync {
     /// # Errors
     /// [`InputError`] for input that no budget can be made of.
     fn observed(&self, _settings: &Settings) -> Result<Option<Box<dyn Tried + '_>>, InputError> {
+        Ok(None)
+    }
+
+    /// All points that the survey's sensors observed, georeferenced under a calibration; `None` where the procedure's sensors give no
+    /// points to map.
+    ///
+    /// # Errors
+    /// [`InputError`] for observations that cannot be placed at all.
+    fn cloud(&self, _model: &SensorModel) -> Result<Option<Cloud<'_>>, InputError> {
         Ok(None)
     }
 }

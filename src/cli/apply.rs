@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use indicatif::ProgressBar;
-use nalgebra::{Matrix3, Vector3};
 
 use super::Ending;
 use super::args::{Apply, CoordinatesName, SolutionName};
@@ -11,49 +10,73 @@ use super::error::CliError;
 use super::out::free_for_cloud;
 use super::result_file::read_result;
 use super::talk::Talk;
+use crate::calibrate::cloud::{Cloud, Placed, SensorModel};
 use crate::formats::FormatError;
-
-use crate::formats::las::stream::{self, CloudPoint, Layout, is_standard_time};
+use crate::formats::las::stream::{self, CloudPoint, Layout, NOTHING};
 use crate::formats::las::wkt;
 use crate::geometry::Ellipsoid;
 use crate::geometry::utm::Utm;
-use crate::observe::Mounting;
 use crate::procedures;
-use crate::procedures::pool::apply::{Georeferenced, Sensor, points};
-use crate::procedures::pool::summary::residuals::Model;
-use crate::procedures::pool::survey;
-use crate::procedures::pool::{PoolError, Scene};
-use crate::results::{Calibration, Solution};
+use crate::results::{Calibration, InputFile, Solution};
 
 /// Runs the command.
 pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
     refuse_extension(&args.out)?;
     talk.step(&format!("reading {}", args.survey.display()));
-    procedures::of_file(&args.survey)?;
-    let survey = survey::load(&args.survey)?;
+    let procedure = procedures::of_file(&args.survey)?;
+    let survey = procedure.read(&args.survey)?;
     free_for_cloud(
         &args.out,
         &args.survey,
-        &survey.inputs,
+        survey.inputs(),
         &args.calibration,
         args.force,
     )?;
     talk.step(&format!("reading {}", args.calibration.display()));
-    let model = model(&args.calibration, args.solution)?;
-    let scene =
-        Scene::prepare(&survey.campaign, &survey.target, &survey.pose).map_err(PoolError::from)?;
-    let system = System::new(args.coordinates, &scene)?;
-    let total = survey.campaign.laser.len() + survey.campaign.soundings.len();
-    let bar = talk.bar("georeferencing", total as u64);
-    let chunks = points(&scene, model).map(|chunk| counted(&bar, system.cloud(&chunk)));
-    let written = stream::write(&args.out, &system.layout(&scene), chunks)?;
+    let result = read_result(&args.calibration)?;
+    let model = model(&args.calibration, &result, procedure.name(), args.solution)?;
+    let Some(cloud) = survey.cloud(&model)? else {
+        let (file, procedure) = (args.survey.clone(), procedure.name());
+        return Err(CliError::NoPoints { file, procedure });
+    };
+    let notes = other_files(&result, survey.inputs());
+    written(args, cloud, notes, talk)
+}
+
+fn written(
+    args: &Apply,
+    cloud: Cloud<'_>,
+    notes: Vec<String>,
+    talk: &Talk,
+) -> Result<Ending, CliError> {
+    let system = System::new(args.coordinates, &cloud)?;
+    let bar = talk.bar("georeferencing", cloud.total as u64);
+    let layout = system.layout(&cloud);
+    let chunks = cloud
+        .chunks
+        .map(|chunk| counted(&bar, system.points(&chunk)));
+    let count = stream::write(&args.out, &layout, chunks)?;
     bar.finish_and_clear();
-    let text = format!(
-        "Wrote {written} of {total} points to {} ({}; point source id 1 laser, 2 multibeam).\n",
+    let sources = cloud.sources.iter().enumerate();
+    let sources: Vec<String> = sources.map(|(k, s)| format!("{} {s}", k + 1)).collect();
+    let mut text = format!(
+        "Wrote {count} of {} points to {}\n{}; point source id: {}\n",
+        cloud.total,
         args.out.display(),
-        system.name()
+        system.name(),
+        sources.join(", ")
     );
-    let json = serde_json::json!({ "file": args.out, "points": written, "read": total, "coordinates": system.name() });
+    for note in &notes {
+        text += &format!("note: {note}\n");
+    }
+    let json = serde_json::json!({
+        "file": args.out,
+        "points": count,
+        "read": cloud.total,
+        "coordinates": system.name(),
+        "sources": cloud.sources,
+        "notes": notes,
+    });
     talk.result(&text, format!("{json:#}\n").as_bytes())?;
     Ok(Ending::Usable)
 }
@@ -66,6 +89,21 @@ fn counted(
     chunk
 }
 
+/// Says so where the survey's files are not those of the calibration: right for another survey with the same mounting, and a surprise
+/// for whoever means the same one.
+fn other_files(result: &Calibration, inputs: &[InputFile]) -> Vec<String> {
+    let then = &result.provenance.inputs;
+    let known = |input: &&InputFile| then.iter().any(|i| i.sha256 == input.sha256);
+    let changed = |input: &&InputFile| !known(input) && then.iter().any(|i| i.path == input.path);
+    if !inputs.iter().any(|i| known(&i)) {
+        return vec!["the calibration was made from other files than this survey's".to_owned()];
+    }
+    let changed = inputs.iter().filter(changed);
+    changed
+        .map(|i| format!("{} has changed since the calibration", i.path))
+        .collect()
+}
+
 fn refuse_extension(path: &Path) -> Result<(), CliError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     if matches!(extension.as_deref(), Some("las" | "laz")) {
@@ -75,28 +113,30 @@ fn refuse_extension(path: &Path) -> Result<(), CliError> {
 }
 
 /// The sensor model of one solution of a result file.
-fn model(path: &Path, solution: SolutionName) -> Result<Model, CliError> {
-    let result = read_result(path)?;
-    let (name, found) = chosen(&result, solution);
+fn model(
+    path: &Path,
+    result: &Calibration,
+    procedure: &str,
+    solution: SolutionName,
+) -> Result<SensorModel, CliError> {
+    let (name, found) = chosen(result, solution);
     let refused = |found: &str| CliError::NoSolution {
         file: path.to_owned(),
         name,
         found: found.to_owned(),
     };
-    if result.procedure != "pool" {
+    if result.procedure != procedure {
+        let theirs = &result.procedure;
         return Err(refused(&format!(
-            "a result of procedure {}",
-            result.procedure
+            "a result of procedure {theirs} for a {procedure} survey"
         )));
     }
     let found = found.ok_or_else(|| refused("nothing"))?;
     if !found.usable {
-        return Err(refused(&format!(
-            "one that is not usable ({})",
-            found.message
-        )));
+        let message = &found.message;
+        return Err(refused(&format!("one that is not usable ({message})")));
     }
-    of_solution(found).ok_or_else(|| refused("one without matrices"))
+    SensorModel::of(found).ok_or_else(|| refused("one without a mounting and a lever arm"))
 }
 
 fn chosen(result: &Calibration, name: SolutionName) -> (&'static str, Option<&Solution>) {
@@ -108,20 +148,6 @@ fn chosen(result: &Calibration, name: SolutionName) -> (&'static str, Option<&So
     }
 }
 
-fn of_solution(solution: &Solution) -> Option<Model> {
-    let value = |name: &str| solution.parameter(name).and_then(|p| p.value);
-    let mounting = solution.mountings.first()?;
-    let rotation = mounting.rotation_matrix.into_iter().flatten();
-    Some(Model {
-        mounting: Mounting {
-            rotation: Matrix3::from_row_iterator(rotation),
-            lever_arm_m: Vector3::from(mounting.lever_arm_m?),
-        },
-        latency_s: value("latency").unwrap_or(0.0),
-        range_scale: value("range_scale").unwrap_or(0.0),
-    })
-}
-
 /// The coordinate system of the written points.
 struct System {
     ellipsoid: Ellipsoid,
@@ -129,11 +155,11 @@ struct System {
 }
 
 impl System {
-    fn new(name: CoordinatesName, scene: &Scene) -> Result<Self, CliError> {
-        let ellipsoid = scene.pose.ellipsoid;
+    fn new(name: CoordinatesName, cloud: &Cloud<'_>) -> Result<Self, CliError> {
+        let ellipsoid = cloud.ellipsoid;
         let utm = match name {
             CoordinatesName::Geocentric => None,
-            CoordinatesName::Utm => Some(Utm::new(ellipsoid, Utm::zone_of(&scene.pose.origin))?),
+            CoordinatesName::Utm => Some(Utm::new(ellipsoid, Utm::zone_of(&cloud.middle))?),
         };
         Ok(Self { ellipsoid, utm })
     }
@@ -150,10 +176,8 @@ impl System {
         )
     }
 
-    /// The target's origin is the middle.
-    fn layout(&self, scene: &Scene) -> Layout {
-        let origin = &scene.pose.origin;
-        let standard_time = is_standard_time(&scene.campaign.soundings.time_s);
+    fn layout(&self, cloud: &Cloud<'_>) -> Layout {
+        let (origin, standard_time) = (&cloud.middle, cloud.standard_time);
         let geocentric = self.ellipsoid.to_geocentric(origin).coordinates;
         let plane = self
             .utm
@@ -173,7 +197,7 @@ impl System {
         }
     }
 
-    fn cloud(&self, points: &[Georeferenced]) -> Result<Vec<CloudPoint>, CliError> {
+    fn points(&self, points: &[Placed]) -> Result<Vec<CloudPoint>, CliError> {
         let Some(utm) = &self.utm else {
             return Ok(points
                 .iter()
@@ -196,14 +220,17 @@ impl System {
     }
 }
 
-fn cloud_point(point: &Georeferenced, position_m: [f64; 3]) -> CloudPoint {
-    let source = match point.sensor {
-        Sensor::Laser => 1,
-        Sensor::Multibeam => 2,
-    };
+fn cloud_point(point: &Placed, position_m: [f64; 3]) -> CloudPoint {
+    let beam = point.beam;
     CloudPoint {
         time_s: point.time_s,
         position_m,
-        source,
+        source: point.source,
+        sounding: point.sounding,
+        extra: [
+            point.row,
+            beam.map_or(NOTHING, |b| b.ping),
+            beam.map_or(NOTHING, |b| b.beam),
+        ],
     }
 }

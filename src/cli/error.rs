@@ -87,6 +87,14 @@ pub enum CliError {
         /// What stands there.
         found: String,
     },
+    /// A survey whose sensors give no points to map.
+    #[error("{}: whole file: found a {procedure} survey, expected one of a procedure whose sensors map points", file.display())]
+    NoPoints {
+        /// The file.
+        file: PathBuf,
+        /// Its procedure.
+        procedure: &'static str,
+    },
     /// Two results that cannot be compared.
     #[error("{}, {}: found {found}", before.display(), after.display())]
     NotComparable {

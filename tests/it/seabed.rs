@@ -211,3 +211,65 @@ fn bad_input_is_named() {
         "{clocks}"
     );
 }
+
+/// Mean of the squared differences in height between lines in cells of 2 m, over all cells with two lines.
+fn between_lines_m2(points: &[boresight::calibrate::cloud::Placed]) -> f64 {
+    let mut cells: std::collections::BTreeMap<[i64; 3], Vec<(u16, f64)>> = Default::default();
+    for point in points {
+        let at = point.position.coordinates;
+        let cell = [0, 1, 2].map(|k| (at[k] / 2.0).floor() as i64);
+        let height = at.norm(); // over a hundred metres the earth is a sphere to a millimetre, the same for every line
+        cells.entry(cell).or_default().push((point.source, height));
+    }
+    let (mut sum, mut count) = (0.0, 0);
+    for cell in cells.values() {
+        let mean = |line: u16| {
+            let of: Vec<f64> = cell.iter().filter(|p| p.0 == line).map(|p| p.1).collect();
+            (of.len() > 2).then(|| of.iter().sum::<f64>() / of.len() as f64)
+        };
+        let means: Vec<f64> = (1..=4).filter_map(mean).collect();
+        for pair in means.windows(2) {
+            sum += (pair[0] - pair[1]).powi(2);
+            count += 1;
+        }
+    }
+    assert!(count > 50, "{count} cells");
+    sum / f64::from(count)
+}
+
+#[test]
+fn lines_meet_under_the_true_mounting_and_not_under_the_nominal_one() {
+    use boresight::calibrate::cloud::SensorModel;
+    use boresight::observe::Mounting;
+    let folder = simulated(THIN);
+    let survey = folder.path().join("survey/survey.toml");
+    let truth = json(&folder.path().join("survey/truth.json"));
+    let procedure = boresight::procedures::of_file(&survey).expect("a procedure");
+    let loaded = procedure.read(&survey).expect("a survey");
+    let text = std::fs::read_to_string(&survey).expect("text");
+    let file: toml::Value = toml::from_str(&text).expect("TOML");
+    let nominal = &file["multibeam"]["mounting_deg"];
+    let angle = |name: &str| nominal[name].as_float().expect("an angle").to_radians();
+    let arm = [0, 1, 2].map(|k| truth["lever_arm_m"][k].as_f64().expect("a number"));
+    let spread = |mounting: Mounting, latency_s: f64| {
+        let model = SensorModel {
+            latency_s,
+            ..SensorModel::plain(mounting)
+        };
+        let cloud = loaded.cloud(&model).expect("points").expect("a cloud");
+        let total = cloud.total;
+        let points: Vec<_> = cloud.chunks.flatten().collect();
+        assert_eq!(points.len(), total);
+        between_lines_m2(&points)
+    };
+    let [roll, pitch, heading] = ["roll", "pitch", "heading"].map(angle);
+    let as_given = Mounting::from_angles(roll, pitch, heading, Vector3::from(arm));
+    let as_it_is = Mounting {
+        rotation: matrix(&truth["rotation_matrix"]),
+        lever_arm_m: Vector3::from(arm),
+    };
+    let latency_s = truth["latency_s"].as_f64().expect("a number");
+    let (before, after) = (spread(as_given, 0.0), spread(as_it_is, latency_s));
+    // gross errors stay in both
+    assert!(after < 0.5 * before, "{before} {after}");
+}

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-use las::point::Format;
-use las::{Builder, GpsTimeType, Point, Transform, Vector};
+use las::point::{Classification, Format};
+use las::{Builder, GpsTimeType, Point, Transform, Vector, Vlr};
 
 use crate::files::write_whole;
 use crate::formats::error::FormatError;
@@ -15,6 +15,9 @@ use crate::formats::extension;
 pub const WRITTEN_BY: &str = "boresight apply";
 /// Resolution of written coordinates, metres.
 const SCALE_M: f64 = 0.0001;
+
+/// The class of soundings: bathymetric point (LAS domain profile for topo-bathymetric lidar).
+const BATHYMETRIC: Classification = Classification::UserDefinable(40);
 
 /// Where the coordinates are, and in which system.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +47,20 @@ pub struct CloudPoint {
     pub position_m: [f64; 3],
     /// Point source id.
     pub source: u16,
+    /// Whether it is a sounding: ASPRS class 40, else 1.
+    pub sounding: bool,
+    /// The values of [`EXTRA`]; [`NOTHING`] where there is none.
+    pub extra: [u32; EXTRA.len()],
 }
+
+/// Extra dimensions of a point, each with what it holds.
+pub const EXTRA: [(&str, &str); 3] = [
+    ("row", "number in the raw file, from 0"),
+    ("ping", "ping number"),
+    ("beam", "beam number within the ping"),
+];
+/// The value of an extra dimension that a point does not have.
+pub const NOTHING: u32 = u32::MAX;
 
 /// Writes the chunks to LAZ (LAS when the name ends so): point format 6, coordinates to 0.1 mm. Whole or not at all. Returns the
 /// number of points.
@@ -120,6 +136,8 @@ fn header(layout: &Layout, compressed: bool) -> Result<las::Header, las::Error> 
     let mut builder = Builder::from((1, 4));
     builder.point_format = Format::new(6)?;
     builder.point_format.is_compressed = compressed;
+    builder.point_format.extra_bytes = 4 * EXTRA.len() as u16;
+    builder.vlrs.push(extra_bytes());
     builder.generating_software = "boresight".to_owned();
     builder.system_identifier = WRITTEN_BY.to_owned();
     if layout.standard_time {
@@ -136,6 +154,28 @@ fn header(layout: &Layout, compressed: bool) -> Result<las::Header, las::Error> 
     Ok(header)
 }
 
+/// What the extra bytes mean: LAS 1.4 R15, table 24, one record of 192 bytes for each dimension.
+fn extra_bytes() -> Vlr {
+    const UNSIGNED_LONG: u8 = 5;
+    const HAS_NOTHING_VALUE: u8 = 1;
+    let mut data = vec![];
+    for (name, about) in EXTRA {
+        let mut record = [0; 192];
+        record[2] = UNSIGNED_LONG;
+        record[3] = HAS_NOTHING_VALUE;
+        record[4..4 + name.len()].copy_from_slice(name.as_bytes());
+        record[40..48].copy_from_slice(&u64::from(NOTHING).to_le_bytes());
+        record[160..160 + about.len()].copy_from_slice(about.as_bytes());
+        data.extend(record);
+    }
+    Vlr {
+        user_id: "LASF_Spec".to_owned(),
+        record_id: 4,
+        description: "extra bytes".to_owned(),
+        data,
+    }
+}
+
 fn las_point(point: &CloudPoint) -> Point {
     let [x, y, z] = point.position_m;
     Point {
@@ -144,8 +184,14 @@ fn las_point(point: &CloudPoint) -> Point {
         z,
         return_number: 1,
         number_of_returns: 1,
+        classification: if point.sounding {
+            BATHYMETRIC
+        } else {
+            Classification::Unclassified
+        },
         point_source_id: point.source,
         gps_time: Some(point.time_s),
+        extra_bytes: point.extra.iter().flat_map(|v| v.to_le_bytes()).collect(),
         ..Point::default()
     }
 }
@@ -168,6 +214,8 @@ mod tests {
             time_s: f64::from(k),
             position_m: [500_000.123_4, 3e6 + f64::from(k), 15.5],
             source: 2,
+            sounding: true,
+            extra: [k, 7, NOTHING],
         }
     }
 

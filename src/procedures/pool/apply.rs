@@ -4,40 +4,41 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::scene::Scene;
-use super::summary::residuals::{Model, sounding_point};
-use crate::geometry::frames::{Ecef, Point, Target};
-
-/// Points georeferenced at a time.
-const CHUNK: usize = 65_536;
+use super::summary::residuals::sounding_point;
+use super::survey::LoadedSurvey;
+use crate::calibrate::cloud::{Beam, CHUNK, Cloud, Placed, SensorModel};
+use crate::formats::las::stream::is_standard_time;
+use crate::geometry::frames::{Point, Target};
+use crate::georef::RayError;
 
 /// The instrument that a point is from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sensor {
-    /// The laser scanner.
+enum Sensor {
     Laser,
-    /// The multibeam.
     Multibeam,
 }
 
-/// A georeferenced point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Georeferenced {
-    /// Its instrument.
-    pub sensor: Sensor,
-    /// Row of the raw observation.
-    pub row: usize,
-    /// Its stamp, seconds.
-    pub time_s: f64,
-    /// Where it is.
-    pub position: Point<Ecef>,
+/// The points of a survey; the target's origin is their middle.
+///
+/// # Errors
+/// [`RayError`] when the sound speed or its profile cannot be used.
+pub fn cloud<'s>(survey: &'s LoadedSurvey, model: &SensorModel) -> Result<Cloud<'s>, RayError> {
+    let scene = Scene::prepare(&survey.campaign, &survey.target, &survey.pose)?;
+    let soundings = &survey.campaign.soundings;
+    Ok(Cloud {
+        ellipsoid: scene.pose.ellipsoid,
+        middle: scene.pose.origin,
+        standard_time: is_standard_time(&soundings.time_s),
+        total: survey.campaign.laser.len() + soundings.len(),
+        sources: ["laser", "multibeam"].map(str::to_owned).to_vec(),
+        chunks: Box::new(points(scene, *model)),
+    })
 }
 
 /// Chunks of all points in order of time; where times are equal, laser first. Observations without a position are left out.
-pub fn points<'s>(scene: &'s Scene, model: Model) -> impl Iterator<Item = Vec<Georeferenced>> + 's {
-    let (laser, sonar) = (
-        &scene.campaign.laser.time_s,
-        &scene.campaign.soundings.time_s,
-    );
+fn points(scene: Scene<'_>, model: SensorModel) -> impl Iterator<Item = Vec<Placed>> {
+    let campaign = scene.campaign;
+    let (laser, sonar) = (&campaign.laser.time_s, &campaign.soundings.time_s);
     let (mut j, mut k) = (0, 0);
     std::iter::from_fn(move || {
         let mut rows = Vec::with_capacity(CHUNK);
@@ -51,22 +52,29 @@ pub fn points<'s>(scene: &'s Scene, model: Model) -> impl Iterator<Item = Vec<Ge
                 k += 1;
             }
         }
-        (!rows.is_empty()).then(|| placed(scene, &model, &rows))
+        (!rows.is_empty()).then(|| placed(&scene, &model, &rows))
     })
 }
 
-fn placed(scene: &Scene, model: &Model, rows: &[(Sensor, usize, f64)]) -> Vec<Georeferenced> {
+fn placed(scene: &Scene<'_>, model: &SensorModel, rows: &[(Sensor, usize, f64)]) -> Vec<Placed> {
     let to_ecef = scene.pose.ecef_from_target();
+    let soundings = &scene.campaign.soundings;
     let place = |&(sensor, row, time_s): &(Sensor, usize, f64)| {
-        let in_target: Vector3<f64> = match sensor {
-            Sensor::Laser => scene.laser_point(row)?.0,
-            Sensor::Multibeam => sounding_point(scene, row, model)?,
+        let (in_target, source, beam): (Vector3<f64>, _, _) = match sensor {
+            Sensor::Laser => (scene.laser_point(row)?.0, 1, None),
+            Sensor::Multibeam => {
+                let (ping, beam) = (soundings.ping[row], soundings.beam[row]);
+                let at = sounding_point(scene, row, model)?;
+                (at, 2, Some(Beam { ping, beam }))
+            }
         };
-        Some(Georeferenced {
-            sensor,
-            row,
+        Some(Placed {
             time_s,
             position: to_ecef * Point::<Target>::new(in_target),
+            source,
+            row: row as u32,
+            sounding: beam.is_some(),
+            beam,
         })
     };
     rows.par_iter().filter_map(place).collect()

@@ -10,12 +10,14 @@ use super::preview::preview;
 use super::summary::{self, Dropped};
 use super::survey::claims::claims;
 use super::survey::{LoadedSurvey, ScenarioFile, load, scenario, write_survey};
-use super::{PoolInput, calibrate};
+use super::{PoolError, PoolInput, calibrate};
+use crate::calibrate::cloud::{Cloud, SensorModel};
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
     Simulated, Uses, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
+use crate::results::InputFile;
 use crate::simulate::{DEMO, Simulated as Survey, Truth, simulate};
 use crate::survey::schema::Key;
 
@@ -73,6 +75,10 @@ impl Loaded for LoadedSurvey {
         &self.file.name
     }
 
+    fn inputs(&self) -> &[InputFile] {
+        &self.inputs
+    }
+
     fn calibrate(
         &self,
         settings: &Settings,
@@ -96,6 +102,11 @@ impl Loaded for LoadedSurvey {
         let result = summary::result(&outcome, &input, dropped, &self.notes, provenance)?;
         let page = summary::page(&outcome, &result, &file.name, truth.as_ref())?;
         Ok(Finished { result, page })
+    }
+
+    fn cloud(&self, model: &SensorModel) -> Result<Option<Cloud<'_>>, InputError> {
+        let cloud = super::apply::cloud(self, model).map_err(PoolError::from);
+        Ok(Some(cloud.map_err(InputError::unworkable)?))
     }
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {

@@ -18,6 +18,7 @@ use crate::calibrate::seam::{
     Simulated, Uses, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
+use crate::results::InputFile;
 use crate::ruled::Ruled;
 use crate::survey::schema::Key;
 
@@ -68,6 +69,10 @@ impl Procedure for Rail {
 impl Loaded for LoadedRail {
     fn name(&self) -> &str {
         &self.file.name
+    }
+
+    fn inputs(&self) -> &[InputFile] {
+        &self.inputs
     }
 
     fn calibrate(

@@ -13,11 +13,13 @@ use super::survey::{
     DEMO, LoadedSeabed, SeabedScenario, SeabedSurveyFile, load, parse_scenario, write,
 };
 use super::trials::SeabedTrials;
+use crate::calibrate::cloud::{Cloud, SensorModel};
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
     Simulated, Uses, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
+use crate::results::InputFile;
 use crate::ruled::Ruled;
 use crate::survey::schema::Key;
 
@@ -63,6 +65,10 @@ impl Loaded for LoadedSeabed {
         &self.file.name
     }
 
+    fn inputs(&self) -> &[InputFile] {
+        &self.inputs
+    }
+
     fn calibrate(
         &self,
         settings: &Settings,
@@ -83,6 +89,10 @@ impl Loaded for LoadedSeabed {
         let result = summary::result(&outcome, &input, self.read, provenance);
         let page = summary::page(&outcome, &self.scene, &self.file.name, truth.as_ref());
         Ok(Finished { result, page })
+    }
+
+    fn cloud(&self, model: &SensorModel) -> Result<Option<Cloud<'_>>, InputError> {
+        Ok(Some(super::apply::cloud(self, model)))
     }
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {

@@ -16,6 +16,7 @@ use crate::calibrate::seam::{
 };
 use crate::calibrate::tried::Tried;
 use crate::observe::usbl::Role;
+use crate::results::InputFile;
 use crate::survey::schema::Key;
 
 /// An ultra-short baseline transducer against surveyed beacons.
@@ -57,6 +58,10 @@ impl Procedure for Usbl {
 impl Loaded for LoadedUsbl {
     fn name(&self) -> &str {
         &self.file.name
+    }
+
+    fn inputs(&self) -> &[InputFile] {
+        &self.inputs
     }
 
     fn calibrate(

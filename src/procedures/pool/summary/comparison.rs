@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 use super::super::run::PoolOutcome;
-use super::residuals::{Model, Residuals, Sums};
+use super::residuals::{Residuals, Sums};
+use crate::calibrate::cloud::SensorModel;
 use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
 use crate::calibrate::solution::MOUNTING_PARAMETERS;
@@ -69,7 +70,7 @@ fn named(d: &Vector6<f64>, covariance: &Matrix6<f64>) -> Vec<Difference> {
 
 /// RMS of the used soundings' distances from their faces, metres, the same soundings for every path.
 pub fn residual_rms_m(outcome: &PoolOutcome, residuals: &Residuals) -> BTreeMap<String, f64> {
-    let of = |model: Option<Model>| {
+    let of = |model: Option<SensorModel>| {
         let mut all = Sums::default();
         let faces = residuals.sums(outcome, &model?);
         faces.iter().for_each(|face| all.merge(face));

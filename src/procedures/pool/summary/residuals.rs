@@ -9,6 +9,7 @@ use super::super::run::PoolOutcome;
 use super::super::scene::Scene;
 use super::super::ties::{Association, Tie, TieSet, tie_soundings};
 use super::sample_types::PerPath;
+use crate::calibrate::cloud::SensorModel;
 use crate::geometry::plane::Plane;
 use crate::georef::georeference;
 use crate::matching::{Patches, Water};
@@ -19,38 +20,14 @@ const CHUNK: usize = 16_384;
 /// Gate (sigmas) of the ties that are found here when no joint path ran.
 const GATE: f64 = 5.0;
 
-/// A sensor model: mounting, latency (seconds), range scale.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Model {
-    /// Mounting of the sonar.
-    pub mounting: Mounting,
-    /// Stamp minus measurement epoch, seconds.
-    pub latency_s: f64,
-    /// True range = measured x (1 + scale).
-    pub range_scale: f64,
-}
-
-impl Model {
-    /// A mounting without latency and scale.
-    #[must_use]
-    pub fn plain(mounting: Mounting) -> Self {
-        Self {
-            mounting,
-            latency_s: 0.0,
-            range_scale: 0.0,
-        }
-    }
-
-    /// The model that a joint path found.
-    #[must_use]
-    pub fn of_joint(joint: &JointOutcome) -> Self {
-        let x = &joint.solution.estimate.parameters;
-        let value = |id: Option<_>| id.map_or(0.0, |id| x.euclidean(id)[0]);
-        Self {
-            mounting: joint.mounting,
-            latency_s: value(joint.blocks.latency),
-            range_scale: value(joint.blocks.range_scale),
-        }
+/// The model that a joint path found.
+fn of_joint(joint: &JointOutcome) -> SensorModel {
+    let x = &joint.solution.estimate.parameters;
+    let value = |id: Option<_>| id.map_or(0.0, |id| x.euclidean(id)[0]);
+    SensorModel {
+        mounting: joint.mounting,
+        latency_s: value(joint.blocks.latency),
+        range_scale: value(joint.blocks.range_scale),
     }
 }
 
@@ -62,7 +39,7 @@ pub struct Residuals {
     /// Plane of every face, normal to the outside: the joint path's where it ran, else the scanner's.
     pub faces: Vec<Option<Plane>>,
     /// The models of the paths that found one.
-    pub models: PerPath<Model>,
+    pub models: PerPath<SensorModel>,
 }
 
 impl Residuals {
@@ -70,14 +47,14 @@ impl Residuals {
     #[must_use]
     pub fn of(outcome: &PoolOutcome) -> Self {
         let sequential = match &outcome.sequential {
-            Some(Ok(found)) => Some(Model::plain(found.mounting)),
+            Some(Ok(found)) => Some(SensorModel::plain(found.mounting)),
             _ => None,
         };
         let model = |joint: &Option<JointOutcome>| {
             joint
                 .as_ref()
                 .filter(|j| is_finite(&j.mounting))
-                .map(Model::of_joint)
+                .map(of_joint)
         };
         let models = PerPath {
             reference: sequential,
@@ -99,14 +76,14 @@ impl Residuals {
 
     /// Signed distance of a tied sounding from its face, outwards, metres.
     #[must_use]
-    pub fn distance_m(&self, outcome: &PoolOutcome, tie: &Tie, model: &Model) -> Option<f64> {
+    pub fn distance_m(&self, outcome: &PoolOutcome, tie: &Tie, model: &SensorModel) -> Option<f64> {
         let plane = self.faces[tie.face as usize]?;
         Some(plane.distance_m(&sounding_point(&outcome.scene, tie.row as usize, model)?))
     }
 
     /// Count, sum and sum of squares of the distances on every face, metres; summed in the order of the rows.
     #[must_use]
-    pub fn sums(&self, outcome: &PoolOutcome, model: &Model) -> Vec<Sums> {
+    pub fn sums(&self, outcome: &PoolOutcome, model: &SensorModel) -> Vec<Sums> {
         let chunks: Vec<Vec<Sums>> = self
             .ties
             .ties
@@ -120,7 +97,7 @@ impl Residuals {
         all
     }
 
-    fn part(&self, outcome: &PoolOutcome, model: &Model, ties: &[Tie]) -> Vec<Sums> {
+    fn part(&self, outcome: &PoolOutcome, model: &SensorModel, ties: &[Tie]) -> Vec<Sums> {
         let mut faces = vec![Sums::default(); self.faces.len()];
         for tie in ties {
             if let Some(distance_m) = self.distance_m(outcome, tie, model) {
@@ -169,7 +146,7 @@ impl Sums {
 
 /// Sounding `row` in the target frame under a sensor model, metres; `None` where it has no position.
 #[must_use]
-pub fn sounding_point(scene: &Scene, row: usize, model: &Model) -> Option<Vector3<f64>> {
+pub fn sounding_point(scene: &Scene, row: usize, model: &SensorModel) -> Option<Vector3<f64>> {
     let pose = scene.sounding_pose(row, model.latency_s)?;
     let mut beam = scene.beam(row, &pose, &model.mounting)?;
     beam.range_m *= 1.0 + model.range_scale;

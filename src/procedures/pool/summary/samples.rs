@@ -5,10 +5,11 @@ use rayon::prelude::*;
 
 use super::super::run::PoolOutcome;
 use super::super::ties::{Tie, TieSet};
-use super::residuals::{Model, Residuals, Sums, sounding_point};
+use super::residuals::{Residuals, Sums, sounding_point};
 use super::sample_types::{
     FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample,
 };
+use crate::calibrate::cloud::SensorModel;
 use crate::target::Role;
 
 /// Most tied soundings or returns that are shown, and most of the others.
@@ -79,10 +80,11 @@ fn thinned<T: Copy>(items: &[T], most: usize) -> Vec<T> {
 }
 
 fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample> {
-    let nominal = Model::plain(outcome.scene.campaign.sonar);
+    let nominal = SensorModel::plain(outcome.scene.campaign.sonar);
     let sample = |(row, tie): &(usize, Option<Tie>)| {
-        let place =
-            |model: Option<Model>| model.and_then(|m| sounding_point(&outcome.scene, *row, &m));
+        let place = |model: Option<SensorModel>| {
+            model.and_then(|m| sounding_point(&outcome.scene, *row, &m))
+        };
         let models = &residuals.models;
         let at = each(models, |m| place(Some(*m)));
         let off = |p: &Vector3<f64>| {

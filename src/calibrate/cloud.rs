@@ -1,0 +1,97 @@
+//! The points of a survey under a calibration, for whoever writes them.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::geometry::Ellipsoid;
+use crate::geometry::ellipsoid::Geodetic;
+use crate::geometry::frames::{Ecef, Point};
+use crate::observe::Mounting;
+use crate::results::Solution;
+
+/// Points georeferenced at a time.
+pub const CHUNK: usize = 65_536;
+
+/// All points of a survey, in order of time within each of its parts.
+pub struct Cloud<'s> {
+    /// The ellipsoid of the coordinates.
+    pub ellipsoid: Ellipsoid,
+    /// About the middle of the points.
+    pub middle: Geodetic,
+    /// Whether the times are adjusted standard GPS time and not seconds of the week.
+    pub standard_time: bool,
+    /// How many observations there are; those without a position are left out of the chunks.
+    pub total: usize,
+    /// What the points come from, such as a sensor or a line; [`Placed::source`] counts them from 1.
+    pub sources: Vec<String>,
+    /// The points, at most [`CHUNK`] at a time.
+    pub chunks: Box<dyn Iterator<Item = Vec<Placed>> + 's>,
+}
+
+/// A georeferenced point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed {
+    /// Its stamp, seconds.
+    pub time_s: f64,
+    /// Where it is.
+    pub position: Point<Ecef>,
+    /// What it comes from, counted from 1.
+    pub source: u16,
+    /// Number of the observation in the file that it was read from, counted from 0.
+    pub row: u32,
+    /// Whether a sonar measured it.
+    pub sounding: bool,
+    /// What a beam says of itself; `None` where it says nothing.
+    pub beam: Option<Beam>,
+}
+
+/// Ping and beam of a sounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Beam {
+    /// Ping number.
+    pub ping: u32,
+    /// Beam number within the ping.
+    pub beam: u32,
+}
+
+/// What a calibration changes of a sounding sensor: mounting, latency (seconds), range scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorModel {
+    /// Mounting of the sensor.
+    pub mounting: Mounting,
+    /// Stamp minus measurement epoch, seconds.
+    pub latency_s: f64,
+    /// True range = measured x (1 + scale).
+    pub range_scale: f64,
+}
+
+impl SensorModel {
+    /// A mounting without latency and scale.
+    #[must_use]
+    pub fn plain(mounting: Mounting) -> Self {
+        Self {
+            mounting,
+            latency_s: 0.0,
+            range_scale: 0.0,
+        }
+    }
+
+    /// Of a solution of a result: its first mounting, with the latency and the range scale that it determined; `None` of a solution
+    /// without them.
+    #[must_use]
+    pub fn of(solution: &Solution) -> Option<Self> {
+        let value = |name: &str| {
+            let found = solution.parameter(name).filter(|p| p.determined);
+            found.and_then(|p| p.value).unwrap_or(0.0)
+        };
+        let mounting = solution.mountings.first()?;
+        let rotation = mounting.rotation_matrix.into_iter().flatten();
+        Some(Self {
+            mounting: Mounting {
+                rotation: Matrix3::from_row_iterator(rotation),
+                lever_arm_m: Vector3::from(mounting.lever_arm_m?),
+            },
+            latency_s: value("latency"),
+            range_scale: value("range_scale"),
+        })
+    }
+}
