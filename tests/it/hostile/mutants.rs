@@ -9,7 +9,7 @@ use boresight::calibrate::seam::Procedure;
 use boresight::formats::registry::{FORMATS, Format};
 use boresight::procedures;
 
-use super::{ROOT, count, fixture, names, survey_folder};
+use super::{ROOT, count, fixture, names, run, survey_folder};
 
 /// Numbers that are the same in every run.
 struct Numbers(u64);
@@ -133,6 +133,29 @@ fn typed(header: &str, row: fn(f64) -> String) -> Vec<u8> {
     text.into_bytes()
 }
 
+/// Returns in point format 1, whose compression is one stream.
+fn las_of_format_1(compressed: bool) -> Vec<u8> {
+    let mut builder = las::Builder::from((1, 2));
+    builder.point_format = las::point::Format::new(1).expect("a format");
+    builder.point_format.is_compressed = compressed;
+    let header = builder.into_header().expect("a header");
+    let file = std::io::Cursor::new(vec![]);
+    let mut writer = las::Writer::new(file, header).expect("a writer");
+    for k in 0..500 {
+        let point = las::Point {
+            x: 0.01 * f64::from(k % 40),
+            y: 5.0 + 0.003 * f64::from(k),
+            z: -1.0,
+            gps_time: Some(400_000.0 + 0.001 * f64::from(k)),
+            ..las::Point::default()
+        };
+        writer.write_point(point).expect("written");
+    }
+    writer.close().expect("closed");
+    let file = writer.into_inner().expect("the file");
+    file.into_inner()
+}
+
 /// Good files of a format. A new format of the table needs a line here.
 fn samples(format: &Format) -> Vec<Vec<u8>> {
     let simulated = |procedure: &str, file: &str| {
@@ -143,10 +166,11 @@ fn samples(format: &Format) -> Vec<Vec<u8>> {
     match format.name {
         "trajectory CSV" => vec![fixture("tests/data/csv/trajectory.csv")],
         "SBET" => vec![fixture("tests/data/sbet/trajectory.out")],
-        // point formats 1 and 6: one stream, and layers
+        // layers, one stream, and no compression
         "LAS, LAZ" => vec![
             fixture("tests/data/csv/lidar.laz"),
-            fixture("tests/data/sbet/lidar.laz"),
+            las_of_format_1(true),
+            las_of_format_1(false),
         ],
         "laser CSV" => vec![typed("time_s,x_m,y_m,z_m", |k| {
             format!("{},{},5.0,-1.25", 100.0 + 0.01 * k, 0.1 * k)
@@ -269,5 +293,31 @@ fn mutants_of_every_survey_are_read_or_refused_in_words() {
             });
             std::fs::write(&path, good).expect("written");
         }
+    }
+}
+
+/// The whole command on mutants of every file of a survey: it ends with 0, 1 or 2, panics never, and writes nothing where it refuses.
+#[test]
+fn a_calibration_of_mutants_ends_in_order() {
+    let wanted = count("BORESIGHT_MUTANTS", 100).div_ceil(20);
+    let folder = survey_folder();
+    let mut numbers = Numbers(0x2545_f491_4f6c_dd1d);
+    for name in names(folder.path()) {
+        let path = folder.path().join(&name);
+        let good = std::fs::read(&path).expect("bytes");
+        for k in 0..wanted {
+            std::fs::write(&path, mutant(&good, &mut numbers)).expect("written");
+            let output = run(folder.path(), &["calibrate", "survey.toml", "--out", "out"]);
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            let code = output.status.code();
+            assert!(
+                matches!(code, Some(0..=2)) && !said.contains("panicked"),
+                "{name}, mutant {k}: {code:?} {said}"
+            );
+            let out = folder.path().join("out");
+            assert_eq!(out.exists(), code != Some(2), "{name}, mutant {k}: {said}");
+            let _ = std::fs::remove_dir_all(out);
+        }
+        std::fs::write(&path, good).expect("written");
     }
 }
