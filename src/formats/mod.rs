@@ -12,6 +12,7 @@ pub mod columns;
 pub mod digest;
 pub mod error;
 pub mod gsf;
+pub mod kind;
 pub mod kmall;
 pub mod kongsberg_all;
 pub mod las;

@@ -13,7 +13,8 @@
 use std::path::Path;
 
 use super::attitude_csv::{self, Layout};
-use super::error::{FaultKind, FormatError, Place, open, quoted};
+use super::error::{FaultKind, FormatError, Place, open};
+use super::kind::kind_of;
 use super::records::{LaserRecords, SoundingRecords, TrajectoryRecords};
 use super::usbl_control_csv::{self, ControlRecords};
 use super::usbl_fixes_csv::{self, FixRecords};
@@ -245,8 +246,7 @@ fn unknown(path: &Path, begin: &[u8], wanted: impl Fn(&Format) -> bool) -> Forma
         .map_or("no extension".to_owned(), |e| format!("extension {e:?}"));
     let found = match FORMATS.iter().find(is) {
         Some(format) => format!("{ends}, a file of format {}", format.name),
-        None if begin.is_empty() => format!("{ends}, an empty file"),
-        None => format!("{ends}, beginning with {}", quoted(begin)),
+        None => format!("{ends}, {}", kind_of(begin)),
     };
     let known: Vec<_> = FORMATS.iter().filter(|f| wanted(f)).map(called).collect();
     let expected = format!("one of {}", known.join(", "));

@@ -29,14 +29,7 @@ impl<'t> Document<'t> {
                 root: root.into_inner(),
             });
         }
-        let problem = |error: &toml::de::Error| {
-            let span = error.span().unwrap_or(0..0);
-            let piece = text.get(span.clone()).unwrap_or_default();
-            let found = crate::formats::error::quoted(piece.as_bytes());
-            let place = format!("line {}", line(text, span.start));
-            Problem::new(file, place, found, format!("TOML ({})", error.message()))
-        };
-        Err(errors.iter().map(problem).collect())
+        Err(not_toml(file, text, &errors))
     }
 
     /// The file's name in messages.
@@ -150,4 +143,44 @@ pub fn dotted(path: &[&str]) -> String {
 fn line(text: &str, byte: usize) -> usize {
     let before = text.as_bytes().get(..byte).unwrap_or(text.as_bytes());
     1 + before.iter().filter(|&&b| b == b'\n').count()
+}
+
+/// Lines that are shown of a text that is not TOML.
+const SHOWN: usize = 3;
+
+/// The first lines that are not TOML, in their order, and how many there are.
+fn not_toml(file: &Path, text: &str, errors: &[toml::de::Error]) -> Vec<Problem> {
+    let place = |error: &toml::de::Error| error.span().unwrap_or(0..0);
+    let mut lines: Vec<_> = errors
+        .iter()
+        .map(|error| {
+            (
+                line(text, place(error).start),
+                place(error),
+                error.message(),
+            )
+        })
+        .collect();
+    lines.sort_by_key(|(line, span, _)| (*line, span.start));
+    lines.dedup_by_key(|(line, _, _)| *line);
+    let more = lines.len().saturating_sub(SHOWN);
+    let shown = lines.iter().take(SHOWN).map(|(line, span, message)| {
+        let piece = text.get(span.clone()).unwrap_or_default();
+        let found = match piece.is_empty() {
+            true => "something else".to_owned(),
+            false => crate::formats::error::quoted(piece.as_bytes()),
+        };
+        Problem::new(
+            file,
+            format!("line {line}"),
+            found,
+            format!("TOML ({message})"),
+        )
+    });
+    let mut problems: Vec<Problem> = shown.collect();
+    if more > 0 {
+        let found = format!("{more} more lines that are not TOML");
+        problems.push(Problem::new(file, "whole file", found, "a TOML file"));
+    }
+    problems
 }

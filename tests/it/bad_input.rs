@@ -120,7 +120,7 @@ const CASES: &[Case] = &[
     ("sound speed in km/s", "csv", |f| replace(f, "survey.toml", "[lidar]", "[sound_speed]\nspeed_m_s = 1.48\n[lidar]"),
         &["[sound_speed] speed_m_s: found 1.48, expected a sound speed from 1300 to 1700 m/s"]),
     ("extension", "csv", |f| { write(f, "trajectory.dat", b"x"); replace(f, "survey.toml", "trajectory.csv", "trajectory.dat"); },
-        &["trajectory.dat: whole file: found extension \"dat\", beginning with \"x\", expected one of .csv (trajectory CSV), .out or .sbet (SBET)"]),
+        &["trajectory.dat: whole file: found extension \"dat\", some text, expected one of .csv (trajectory CSV), .out or .sbet (SBET)"]),
     ("target key", "csv", |f| replace(f, "target.toml", "block_leg_m", "block_legs_m"),
         &["target.toml: line 5, block_legs_m: found an unknown key", "(nearest: block_leg_m)", "block_leg_m: found nothing"]),
     ("target kind", "csv", |f| replace(f, "target.toml", "pool-wall", "wall"),

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use super::types::{Attitude, Position, Sink};
 use super::{Summary, TimeScale};
-use crate::formats::error::{FaultKind, FormatError, Place, open, quoted};
+use crate::formats::error::{FaultKind, FormatError, Place, open};
+use crate::formats::kind::kind_of;
 use crate::formats::{gsf, kmall, kongsberg_all, novatel, pos_mv, s7k, sbet, xtf};
 
 /// Bytes of a file's beginning that tell its format.
@@ -84,7 +85,7 @@ pub fn read(path: &Path, sink: &mut dyn Sink) -> Result<Summary, FormatError> {
             FaultKind::UnknownFormat,
             path,
             Place::File,
-            format!("a file that begins {}", quoted(&head[..head.len().min(16)])),
+            kind_of(&head),
             "Kongsberg .all or .kmall, Teledyne .s7k, XTF, GSF, a NovAtel log, POS MV groups, or an SBET named .sbet or .out",
         )),
     }

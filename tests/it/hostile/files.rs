@@ -135,3 +135,40 @@ fn apply_never_writes_over_an_input() {
         b"mine"
     );
 }
+
+/// A survey may name any file of the machine: what is in it is nobody's business.
+#[test]
+fn nothing_of_a_foreign_file_is_shown() {
+    let folder = survey_folder();
+    let secret = "password hunter2\n".repeat(40);
+    std::fs::write(folder.path().join("secret"), &secret).expect("written");
+    let survey = folder.path().join("survey.toml");
+    let good = std::fs::read_to_string(&survey).expect("text");
+    for input in [
+        "target.toml",
+        "trajectory.csv",
+        "lidar.laz",
+        "multibeam.csv",
+    ] {
+        let other = good.replace(&format!("\"{input}\""), "\"secret\"");
+        assert_ne!(other, good);
+        std::fs::write(&survey, other).expect("written");
+        let said = refused(folder.path(), &["check", "survey.toml"]);
+        assert!(
+            said.contains("secret") && !said.contains("hunter2"),
+            "{said}"
+        );
+        assert!(said.lines().count() < 6, "{said}");
+    }
+    for arguments in [
+        &["info", "secret"][..],
+        &["check", "secret"],
+        &["compare", "secret", "secret"],
+    ] {
+        let said = refused(folder.path(), arguments);
+        assert!(
+            said.contains("secret") && !said.contains("hunter2"),
+            "{said}"
+        );
+    }
+}
