@@ -11,6 +11,7 @@
 //! | [`simulate`](mod@simulate) | surveys of a known seabed |
 //! | [`reference`](mod@reference) | the classical patch test, and the paper's overall adjustment |
 
+mod cones;
 pub mod config;
 pub mod field;
 pub mod joint;
