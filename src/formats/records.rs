@@ -123,6 +123,18 @@ pub struct SoundingRecords {
     pub along_rad: Vec<f64>,
     /// Ranges or two-way travel times.
     pub range: SoundingRange,
+    /// What goes with each where the arrays that transmit and receive stand each on its own: then `along_rad` is the tilt of the
+    /// transmitted cone and `across_rad` the angle against the receive array.
+    pub arrays: Option<ArrayColumns>,
+}
+
+/// Columns of soundings whose transmit and receive arrays stand, and move, each on its own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ArrayColumns {
+    /// From the ping's time to the beam's transmission, seconds.
+    pub delay_s: Vec<f64>,
+    /// Sound speed at the head that the beam former used, metres per second; 0 where it is the profile's.
+    pub head_speed_m_s: Vec<f64>,
 }
 
 impl SoundingRecords {

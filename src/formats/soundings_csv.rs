@@ -1,25 +1,42 @@
 //! Soundings CSV: `time_s,ping,beam,across_angle_deg,along_angle_deg` and `range_m` or `two_way_travel_time_s`.
+//!
+//! Of a sounder whose transmit and receive arrays stand each on its own, instead of the two angles: `rx_angle_deg` (against the receive
+//! array, positive to starboard) and `tx_tilt_deg` (of the transmitted cone, positive forward), with `two_way_travel_time_s`; where they
+//! are known `tx_delay_s` (from `time_s` to this beam's transmission), `sector`, and `head_sound_speed_m_s` (that the beam former used).
 
 use std::io::{Read, Write};
 use std::path::Path;
 
 use super::error::{FaultKind, FormatError, open};
-use super::records::SoundingRecords;
+use super::records::{ArrayColumns, SoundingRecords};
 use super::table::{Limits, Table};
 use super::whole::write_whole;
-use crate::observe::{SoundingRange, Soundings};
+use crate::observe::{SonarNoise, SoundingRange, Soundings};
 use crate::units::{degrees, radians};
 
 // LAYOUT
 
-const REQUIRED: [&str; 5] = [
-    "time_s",
-    "ping",
-    "beam",
-    "across_angle_deg",
-    "along_angle_deg",
+const REQUIRED: [&str; 3] = ["time_s", "ping", "beam"];
+/// Counted on from [`REQUIRED`].
+const OPTIONAL: [&str; 9] = [
+    ANGLES[0],
+    ANGLES[1],
+    RANGES[0],
+    RANGES[1],
+    CONES[0],
+    CONES[1],
+    "tx_delay_s",
+    "sector",
+    "head_sound_speed_m_s",
 ];
+const ANGLES: [&str; 2] = ["across_angle_deg", "along_angle_deg"];
 const RANGES: [&str; 2] = ["range_m", "two_way_travel_time_s"];
+const CONES: [&str; 2] = ["rx_angle_deg", "tx_tilt_deg"];
+const RX: usize = 7;
+const TILT: usize = 8;
+const DELAY: usize = 9;
+const SECTOR: usize = 10;
+const SPEED: usize = 11;
 const ANGLE: Limits = Limits {
     min: -180.0,
     max: 180.0,
@@ -40,6 +57,16 @@ const TRAVEL_TIME: Limits = Limits {
     min: f64::MIN_POSITIVE,
     max: 30.0,
     expected: "a travel time above 0 s and up to 30 s (seconds, not milliseconds)",
+};
+const DELAYS: Limits = Limits {
+    min: -10.0,
+    max: 10.0,
+    expected: "a delay from -10 to 10 s (seconds, not milliseconds)",
+};
+const HEAD_SPEED: Limits = Limits {
+    min: 1000.0,
+    max: 2000.0,
+    expected: "a sound speed from 1000 to 2000 m/s",
 };
 
 // READ
@@ -62,9 +89,15 @@ pub fn read_from(
     source: impl Read,
     size: u64,
 ) -> Result<SoundingRecords, FormatError> {
-    let mut table = Table::open(file, source, size, &REQUIRED, &RANGES)?;
+    let mut table = Table::open(file, source, size, &REQUIRED, &OPTIONAL)?;
+    let cones = two_arrays(&table)?;
+    let (across, along) = if cones { (RX, TILT) } else { (3, 4) };
     let (column, limits) = range_column(&table)?;
+    if cones && column == 5 {
+        return Err(table.missing(&RANGES[1..]));
+    }
     let (mut records, mut range) = (empty(), vec![]);
+    let mut arrays = ArrayColumns::default();
     while table.next_row()? {
         if records.is_empty() {
             reserve(&mut records, &mut range, table.expected_rows());
@@ -73,20 +106,62 @@ pub fn read_from(
         records.time_s.push(time_s);
         records.ping.push(table.count(1)?);
         records.beam.push(table.count(2)?);
-        records.across_rad.push(radians(table.number(3, &ANGLE)?));
-        records.along_rad.push(radians(table.number(4, &ALONG)?));
+        records
+            .across_rad
+            .push(radians(table.number(across, &ANGLE)?));
+        records
+            .along_rad
+            .push(radians(table.number(along, &ALONG)?));
         range.push(table.number(column, limits)?);
+        if cones {
+            array_row(&table, &mut arrays)?;
+        }
     }
     if records.is_empty() {
         return Err(table.no_rows());
     }
-    check_angle_unit(&table, &records)?;
+    check_angle_unit(&table, &records, across)?;
+    records.arrays = cones.then_some(arrays);
     records.range = if column == 5 {
         SoundingRange::Metres(range)
     } else {
         SoundingRange::TwoWayTravelTime(range)
     };
     Ok(records)
+}
+
+/// Whether the angles are those of two arrays.
+fn two_arrays<R: Read>(table: &Table<R>) -> Result<bool, FormatError> {
+    let cones = table.has(RX) || table.has(TILT);
+    let (wanted, first) = if cones { (CONES, RX) } else { (ANGLES, 3) };
+    for (k, name) in wanted.iter().enumerate() {
+        if !table.has(first + k) {
+            return Err(table.missing(&[name]));
+        }
+    }
+    if cones && (table.has(3) || table.has(4)) {
+        let found = format!("both {} and {}", ANGLES[0], CONES[0]);
+        let expected = "the angles of one head, or those of two arrays";
+        return Err(table.fault(FaultKind::BadValue, RX, found, expected));
+    }
+    Ok(cones)
+}
+
+/// What only two arrays have, of one row. The sector is for the reader of the file: its delay and tilt stand in the row.
+fn array_row<R: Read>(table: &Table<R>, arrays: &mut ArrayColumns) -> Result<(), FormatError> {
+    if table.has(SECTOR) {
+        table.count(SECTOR)?;
+    }
+    let value = |column: usize, limits: &Limits| {
+        if table.has(column) {
+            table.number(column, limits)
+        } else {
+            Ok(0.0)
+        }
+    };
+    arrays.delay_s.push(value(DELAY, &DELAYS)?);
+    arrays.head_speed_m_s.push(value(SPEED, &HEAD_SPEED)?);
+    Ok(())
 }
 
 /// Which of the two range columns is there.
@@ -112,6 +187,7 @@ fn empty() -> SoundingRecords {
         across_rad: vec![],
         along_rad: vec![],
         range: SoundingRange::Metres(vec![]),
+        arrays: None,
     }
 }
 
@@ -132,6 +208,7 @@ const MANY_BEAMS: usize = 16;
 fn check_angle_unit<R: Read>(
     table: &Table<R>,
     records: &SoundingRecords,
+    column: usize,
 ) -> Result<(), FormatError> {
     let widest = records
         .across_rad
@@ -151,7 +228,7 @@ fn check_angle_unit<R: Read>(
         format!("angles within {widest:.3} over pings of up to {beams} beams, which are radians");
     Err(table.fault(
         FaultKind::WrongUnit,
-        3,
+        column,
         found,
         "degrees, positive to starboard",
     ))
@@ -176,7 +253,7 @@ pub fn write_to(out: &mut impl Write, soundings: &Soundings) -> std::io::Result<
         SoundingRange::Metres(_) => (RANGES[0], 6),
         SoundingRange::TwoWayTravelTime(_) => (RANGES[1], 9),
     };
-    writeln!(out, "{},{name}", REQUIRED.join(","))?;
+    writeln!(out, "{},{},{name}", REQUIRED.join(","), ANGLES.join(","))?;
     for (k, range) in soundings.range.values().iter().enumerate() {
         writeln!(
             out,
@@ -187,6 +264,47 @@ pub fn write_to(out: &mut impl Write, soundings: &Soundings) -> std::io::Result<
             degrees(soundings.across_rad[k]),
             degrees(soundings.along_rad[k]),
         )?;
+    }
+    Ok(())
+}
+
+/// Writes the columns of a soundings file again: of two arrays with angles to 1e-7 deg, times to 1 nanosecond.
+///
+/// # Errors
+/// [`FormatError`] of kind `Unwritable`.
+pub fn write_records(path: &Path, records: SoundingRecords) -> Result<(), FormatError> {
+    if records.arrays.is_some() {
+        return write_whole(path, |out| write_arrays_to(out, &records));
+    }
+    let none = SonarNoise {
+        range_m: 0.0,
+        across_rad: 0.0,
+        along_rad: 0.0,
+    };
+    write(path, &records.into_soundings(none))
+}
+
+fn write_arrays_to(out: &mut impl Write, records: &SoundingRecords) -> std::io::Result<()> {
+    let (names, cones, range) = (REQUIRED.join(","), CONES.join(","), RANGES[1]);
+    writeln!(
+        out,
+        "{names},{cones},{range},tx_delay_s,head_sound_speed_m_s"
+    )?;
+    let arrays = records.arrays.iter();
+    for arrays in arrays {
+        for (k, two_way_s) in records.range.values().iter().enumerate() {
+            writeln!(
+                out,
+                "{},{},{},{:.7},{:.7},{two_way_s:.9},{:.9},{:.4}",
+                records.time_s[k],
+                records.ping[k],
+                records.beam[k],
+                degrees(records.across_rad[k]),
+                degrees(records.along_rad[k]),
+                arrays.delay_s[k],
+                arrays.head_speed_m_s[k],
+            )?;
+        }
     }
     Ok(())
 }

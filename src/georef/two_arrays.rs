@@ -9,7 +9,8 @@
 //! u = al f + be s - sqrt(1 - al^2 - be^2 - 2 al be q) w
 //! ```
 //!
-//! Two arrays at right angles at one moment give the beam of [`Beam`](super::beam::Beam).
+//! Two arrays at right angles at one moment give the beam of [`Beam`](super::beam::Beam). Of the two directions on both cones the one
+//! below the receive array is taken, so that an array may be built in the other way round.
 //!
 //! Turning the transmit array about its own long axis, or the receive array about its own, changes nothing: of the six angles of two
 //! arrays two are never determined. One correction common to both arrays takes roll from the receive array, pitch from the transmit
@@ -65,7 +66,7 @@ impl ArrayPair {
         let (f, s) = self.axes();
         let (sin_tilt, sin_angle) = (tilt_rad.sin(), angle_rad.sin());
         let q = f.dot(&s);
-        let up = s.cross(&f);
+        let up = self.above(s.cross(&f));
         let square = up.norm_squared();
         let along = (sin_tilt - q * sin_angle) / square;
         let across = (sin_angle - q * sin_tilt) / square;
@@ -74,6 +75,12 @@ impl ArrayPair {
             return None;
         }
         Some(f * along + s * across - up * (root / square).sqrt())
+    }
+
+    /// The normal of both axes on the side that the receive array has its back to.
+    fn above(&self, normal: Vector3<f64>) -> Vector3<f64> {
+        let back = self.attitude_at_reception * self.receiver.column(2);
+        normal * back.dot(&normal).signum()
     }
 
     /// [`Self::direction`] with its derivatives, by the implicit function: `f.du`, `s.du` and `u.du` are known.
@@ -144,6 +151,24 @@ mod tests {
         let beam = Beam::from_vector(&u);
         assert!((beam.along_rad - tilt).abs() < 1e-14);
         assert!((u.x - angle.sin()).abs() < 1e-14);
+    }
+
+    /// Built in the other way round, an array has its angles the other way round, and the beam still goes down.
+    #[test]
+    fn an_array_turned_round_gives_the_same_beam_by_the_opposite_angle() {
+        let pair = pair();
+        let round = from_attitude(0.0, 0.0, std::f64::consts::PI);
+        let (tilt, angle) = (0.12, -0.9);
+        let u = pair.direction(tilt, angle).expect("a beam");
+        let (transmitter, receiver) = (pair.transmitter * round, pair.receiver * round);
+        let sender = ArrayPair {
+            transmitter,
+            ..pair
+        };
+        let listener = ArrayPair { receiver, ..pair };
+        let of = |p: ArrayPair, t: f64, a: f64| p.direction(t, a).expect("a beam");
+        assert!((of(sender, -tilt, angle) - u).norm() < 1e-14);
+        assert!((of(listener, tilt, -angle) - u).norm() < 1e-14);
     }
 
     #[test]

@@ -49,6 +49,15 @@ impl Mounting {
         }
     }
 
+    /// The mounting turned in the body.
+    #[must_use]
+    pub fn turned(&self, turn: &Matrix3<f64>) -> Self {
+        Self {
+            rotation: turn * self.rotation,
+            ..*self
+        }
+    }
+
     /// `Log(R R_nominal^T)`: the correction (pitch, roll, yaw; radians) that turned `nominal` into this mounting.
     #[must_use]
     pub fn correction_from(&self, nominal: &Self) -> Vector3<f64> {

@@ -97,7 +97,7 @@ impl Recorded {
 }
 
 /// The number that occurs most often, the smallest of equals.
-fn most_frequent(numbers: impl Iterator<Item = u8>) -> Option<u8> {
+pub(super) fn most_frequent(numbers: impl Iterator<Item = u8>) -> Option<u8> {
     let mut counts = [0usize; 256];
     for number in numbers {
         counts[usize::from(number)] += 1;

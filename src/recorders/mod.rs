@@ -3,12 +3,17 @@
 //! | file | what |
 //! |---|---|
 //! | [`collect`] | all streams of a file in columns |
+//! | [`observed`], [`navigation`](mod@navigation) | several files as soundings and one trajectory, for a calibration |
 //! | [`info`] | what a file holds and what a calibration would still need |
 //! | [`own_solution`] | our georeferencing with the installation values against the sounder's own points |
 
 pub mod collect;
 pub mod info;
+pub mod navigation;
+pub mod observed;
 pub mod own_solution;
 
 pub use collect::Recorded;
+pub use navigation::{Heights, Navigation, navigation};
+pub use observed::Observed;
 pub use own_solution::{Agreement, Choice, against_own_solution};

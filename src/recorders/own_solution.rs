@@ -1,11 +1,13 @@
 //! Our georeferencing with the installation values against the sounder's own points: a check of every sign on the way.
 
 use std::collections::HashMap;
+use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::collect::Recorded;
-use crate::formats::recorder::{Array, BeamSample, Installation, Origin, Ping, Solution};
+use crate::formats::FormatError;
+use crate::formats::recorder::{Array, BeamSample, Installation, Origin, Ping, Solution, table};
 use crate::georef::rays::Layers;
 use crate::georef::two_arrays::ArrayPair;
 use crate::observe::{Mounting, SoundSpeedProfile, Trajectory};
@@ -33,6 +35,8 @@ pub struct Agreement {
     pub mean_m: Vector3<f64>,
     /// Root mean square of ours minus the sounder's, metres.
     pub rms_m: Vector3<f64>,
+    /// Mean depth of the sounder's points below where they are counted from, metres.
+    pub depth_m: f64,
 }
 
 /// Sums of differences.
@@ -41,14 +45,26 @@ struct Sums {
     count: usize,
     sum: Vector3<f64>,
     squares: Vector3<f64>,
+    depth_m: f64,
 }
 
 impl Sums {
-    fn add(&mut self, difference: &Vector3<f64>) {
+    fn add(&mut self, difference: &Vector3<f64>, depth_m: f64) {
         self.count += 1;
+        self.depth_m += depth_m;
         self.sum += difference;
         self.squares += difference.component_mul(difference);
     }
+}
+
+/// Reads a file and georeferences every beam that both sides hold valid. `None` when the file lacks what that needs.
+///
+/// # Errors
+/// [`FormatError`] when it cannot be read or no reader knows it.
+pub fn of_file(path: &Path, choice: Choice) -> Result<Option<Agreement>, FormatError> {
+    let mut recorded = Recorded::default();
+    table::read(path, &mut recorded)?;
+    Ok(against_own_solution(&recorded, choice))
 }
 
 /// Georeferences every beam that both sides hold valid, and compares. `None` when the file lacks what that needs:
@@ -81,6 +97,7 @@ pub fn against_own_solution(recorded: &Recorded, choice: Choice) -> Option<Agree
     }
     let n = (sums.count > 0).then_some(sums.count as f64)?;
     found.beams = sums.count;
+    found.depth_m = sums.depth_m / n;
     found.mean_m = sums.sum / n;
     found.rms_m = (sums.squares / n).map(f64::sqrt);
     Some(found)
@@ -112,7 +129,10 @@ impl Scene<'_> {
                 continue;
             }
             match self.point(ping, own, &arrays, beam) {
-                Some(ours) => sums.add(&(ours - point.right_forward_up_m)),
+                Some(ours) => {
+                    let own = point.right_forward_up_m;
+                    sums.add(&(ours - own), -own.z);
+                }
                 None => *left_out += 1,
             }
         }

@@ -16,6 +16,8 @@ pub enum Kind {
     OneOf(&'static [&'static str]),
     /// A list of some of these words.
     Words(&'static [&'static str]),
+    /// A list of texts, none of them empty.
+    Texts,
     /// `true` or `false`.
     Flag,
     /// A number within limits.
@@ -89,8 +91,15 @@ pub const fn optional(name: &'static str, kind: Kind) -> Key {
 /// Every fault of a document measured by a table of keys, in the order of lines.
 #[must_use]
 pub fn check(document: &Document<'_>, keys: &[Key]) -> Vec<Problem> {
+    check_but(document, keys, &[])
+}
+
+/// As [`check`], but the keys at these paths may be missing: something else supplies them.
+#[must_use]
+pub fn check_but(document: &Document<'_>, keys: &[Key], supplied: &[&[&str]]) -> Vec<Problem> {
     let mut check = Check {
         document,
+        supplied,
         found: vec![],
     };
     check.table(document.root(), keys, &[], 1);
@@ -104,6 +113,7 @@ pub fn check(document: &Document<'_>, keys: &[Key]) -> Vec<Problem> {
 
 struct Check<'d, 't> {
     document: &'d Document<'t>,
+    supplied: &'d [&'d [&'d str]],
     found: Vec<(usize, Problem)>,
 }
 
@@ -132,7 +142,9 @@ impl Check<'_, '_> {
             .filter(|k| k.required && !table.contains_key(k.name))
         {
             let inner: Vec<&str> = path.iter().copied().chain([key.name]).collect();
-            self.report(line, &inner, "nothing".to_owned(), describe(&key.kind));
+            if !self.supplied.contains(&inner.as_slice()) {
+                self.report(line, &inner, "nothing".to_owned(), describe(&key.kind));
+            }
         }
     }
 
@@ -174,6 +186,14 @@ fn holds(kind: &Kind, value: &DeValue<'_>) -> bool {
         Kind::Words(words) => value.as_array().is_some_and(|list| {
             list.iter()
                 .all(|item| item.get_ref().as_str().is_some_and(|s| words.contains(&s)))
+        }),
+        Kind::Texts => value.as_array().is_some_and(|list| {
+            let text = |item: &Spanned<DeValue<'_>>| {
+                item.get_ref()
+                    .as_str()
+                    .is_some_and(|s| !s.trim().is_empty())
+            };
+            list.iter().all(text)
         }),
         Kind::Flag => value.is_bool(),
         Kind::Number(limits) => number(value).is_some_and(|v| limits.contain(v)),
@@ -236,6 +256,7 @@ pub(super) fn describe(kind: &Kind) -> String {
         Kind::Text => "a text in quotes".to_owned(),
         Kind::OneOf(words) => format!("one of {}", listed(words)),
         Kind::Words(words) => format!("a list of {}", listed(words)),
+        Kind::Texts => "a list of texts in quotes".to_owned(),
         Kind::Flag => "true or false".to_owned(),
         Kind::Number(limits) => limits.expected.to_owned(),
         Kind::Count(limits) => format!("a whole number, {}", limits.expected),

@@ -111,7 +111,7 @@ fn example(kind: &Kind) -> String {
     match kind {
         Kind::Text => "\"...\"".to_owned(),
         Kind::OneOf(words) => format!("{:?}", words.first().copied().unwrap_or_default()),
-        Kind::Words(_) => "[]".to_owned(),
+        Kind::Words(_) | Kind::Texts => "[]".to_owned(),
         Kind::Flag => "false".to_owned(),
         Kind::Number(limits) => number(limits),
         Kind::Count(limits) => format!("{:.0}", within(limits)),

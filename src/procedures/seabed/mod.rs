@@ -12,6 +12,7 @@
 //! | [`reference`](mod@reference) | the classical patch test, and the paper's overall adjustment |
 
 pub mod apply;
+mod cones;
 pub mod config;
 pub mod field;
 pub mod joint;

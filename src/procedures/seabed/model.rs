@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::scene::{Scene, axis};
+use super::cones::Pair;
+use super::scene::{Scene, Sounding, axis};
 use super::states::{Component, States};
 use crate::georef::Layers;
 use crate::observe::Mounting;
@@ -113,8 +114,8 @@ pub struct Located {
     pub sine: f64,
     /// Wave-band heave, metres, and its rate, metres per second.
     pub heave: [f64; 2],
-    /// Sonar into local frame.
-    sensor: Matrix3<f64>,
+    /// How the beam left the sonar.
+    aim: Aim,
     /// Depth of the transducer, metres.
     depth_m: f64,
     velocity_m_s: Vector3<f64>,
@@ -135,8 +136,36 @@ pub struct Locator<'a> {
     /// The layout of the states.
     pub states: &'a States,
     values: &'a Values,
-    layers: Layers,
-    deeper: Layers,
+    pair: Option<Pair>,
+    layers: Vec<Layers>,
+    deeper: Vec<Layers>,
+}
+
+/// How a beam leaves the sonar, in the local frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aim {
+    /// From where, metres; of two arrays half way between them.
+    pub(super) transducer_m: Vector3<f64>,
+    /// Direction and its derivative by the across angle.
+    pub(super) direction: Vector3<f64>,
+    /// See `direction`.
+    pub(super) sideways: Vector3<f64>,
+    /// Sonar into local frame, of one head; of two arrays the angle's derivative serves for small changes.
+    pub(super) sensor: Option<Matrix3<f64>>,
+    /// Sound speed that the beam former used; `None` for the profile's.
+    pub(super) head_speed_m_s: Option<f64>,
+}
+
+impl Aim {
+    /// The direction with the across angle changed by `by` radians.
+    fn turned(&self, sounding: &Sounding, by_rad: f64) -> Vector3<f64> {
+        match self.sensor {
+            Some(sensor) => {
+                sensor * beam_directions(sounding.across_rad + by_rad, sounding.along_rad).0
+            }
+            None => (self.direction + self.sideways * by_rad).normalize(),
+        }
+    }
 }
 
 impl<'a> Locator<'a> {
@@ -147,6 +176,10 @@ impl<'a> Locator<'a> {
             scene,
             states,
             values,
+            pair: scene
+                .arrays
+                .as_ref()
+                .map(|arrays| Pair::new(arrays, &scene.nominal, &values.mounting)),
             layers: scene.water.layers(values.deep_sound_speed)?,
             deeper: scene.water.layers(values.deep_sound_speed + DEEP_STEP)?,
         })
@@ -164,31 +197,65 @@ impl<'a> Locator<'a> {
         let rotation = measured.rotation
             * crate::geometry::rotation::exp(&Vector3::new(drift[3], drift[4], drift[5]));
         let lift = self.values.heave_scale * heave[0] + self.values.heave_lag_s * heave[1];
-        let position = measured.position_m + Vector3::new(drift[0], drift[1], drift[2] + lift);
-        let mounting = &self.values.mounting;
-        let transducer = position + rotation * mounting.lever_arm_m;
-        let sensor = rotation * mounting.rotation;
-        let (direction, sideways) = beam_directions(sounding.across_rad, sounding.along_rad);
-        let launch = sensor * direction;
-        let depth_m = self.scene.water.level_m - transducer.z;
-        let ray = self.chord(&self.layers, depth_m, &launch, sounding.one_way_s)?;
+        let shift = Vector3::new(drift[0], drift[1], drift[2] + lift);
+        let position = measured.position_m + shift;
+        let aim = match &self.pair {
+            None => self.one_head(sounding, &position, &rotation),
+            Some(pair) => {
+                let heard_s = time_s + 2.0 * sounding.one_way_s;
+                let heard = self.scene.trajectory.pose_at(heard_s).ok()?;
+                let drifted = measured.rotation.tr_mul(&rotation);
+                let sent = (position, rotation);
+                pair.aim(
+                    sounding,
+                    sent,
+                    (heard.position_m + shift, heard.rotation * drifted),
+                )?
+            }
+        };
+        let depth_m = self.scene.water.level_m - aim.transducer_m.z;
+        let layers = &self.layers[self.cast(sounding)];
+        let ray = self.chord(layers, depth_m, (&aim, aim.direction), sounding.one_way_s)?;
         let (velocity_m_s, turning) = self.rates(time_s)?;
         Some(Located {
-            point_m: transducer + ray,
+            point_m: aim.transducer_m + ray,
             ray_m: ray,
             range_m: ray.norm(),
-            sideways: sensor * sideways,
+            sideways: aim.sideways,
             rotation,
             time_s,
             sine: sounding.across_rad.sin(),
             heave,
-            sensor,
+            aim,
             depth_m,
             velocity_m_s,
             turning,
-            lever_arm_m: mounting.lever_arm_m,
+            lever_arm_m: self.values.mounting.lever_arm_m,
             scale: 1.0 + self.values.range_scale,
         })
+    }
+
+    /// A beam of one head that sends and hears at one moment.
+    fn one_head(
+        &self,
+        sounding: &Sounding,
+        position: &Vector3<f64>,
+        rotation: &Matrix3<f64>,
+    ) -> Aim {
+        let mounting = &self.values.mounting;
+        let sensor = rotation * mounting.rotation;
+        let (direction, sideways) = beam_directions(sounding.across_rad, sounding.along_rad);
+        Aim {
+            transducer_m: position + rotation * mounting.lever_arm_m,
+            direction: sensor * direction,
+            sideways: sensor * sideways,
+            sensor: Some(sensor),
+            head_speed_m_s: None,
+        }
+    }
+
+    fn cast(&self, sounding: &Sounding) -> usize {
+        self.scene.lines[usize::from(sounding.line)].cast
     }
 
     /// Change of sounding `k`'s ray with the error of the profile, metres, at the adjusted observation; nothing without a ray.
@@ -197,11 +264,13 @@ impl<'a> Locator<'a> {
     #[must_use]
     pub fn deep_m(&self, k: usize, located: &Located, adjusted: &Adjusted) -> Vector3<f64> {
         let sounding = &self.scene.soundings[k];
-        let across_rad = sounding.across_rad + adjusted.across_rad;
-        let (direction, _) = beam_directions(across_rad, sounding.along_rad);
-        let launch = located.sensor * direction;
+        let launch = located.aim.turned(sounding, adjusted.across_rad);
         let one_way_s = sounding.one_way_s * (1.0 + adjusted.range_m / located.range_m);
-        let chord = |layers: &Layers| self.chord(layers, located.depth_m, &launch, one_way_s);
+        let cast = self.cast(sounding);
+        let chord = |layers: &[Layers]| {
+            let aimed = (&located.aim, launch);
+            self.chord(&layers[cast], located.depth_m, aimed, one_way_s)
+        };
         match (chord(&self.layers), chord(&self.deeper)) {
             (Some(ray), Some(deeper)) => (deeper - ray) / DEEP_STEP,
             _ => Vector3::zeros(),
@@ -213,9 +282,14 @@ impl<'a> Locator<'a> {
         &self,
         layers: &Layers,
         depth_m: f64,
-        launch: &Vector3<f64>,
+        (aim, launch): (&Aim, Vector3<f64>),
         one_way_s: f64,
     ) -> Option<Vector3<f64>> {
+        let stretched = 1.0 + self.values.range_scale;
+        if let Some(speed_m_s) = aim.head_speed_m_s {
+            let chord = layers.chord(depth_m, (launch, speed_m_s), one_way_s);
+            return Some(chord.ok()? * stretched);
+        }
         let sine = launch.x.hypot(launch.y);
         let end = layers.trace(depth_m, (sine, -launch.z), one_way_s).ok()?;
         let stretch = if sine > 0.0 {
@@ -224,7 +298,7 @@ impl<'a> Locator<'a> {
             0.0
         };
         let chord = Vector3::new(launch.x * stretch, launch.y * stretch, -end.descent_m);
-        Some(chord * (1.0 + self.values.range_scale))
+        Some(chord * stretched)
     }
 
     /// Wave-band heave and its rate at a time.

@@ -1,7 +1,8 @@
 //! The seabed calibration behind the seam: its readers, its calibration, what a check says, its errors against the truth.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::joint::{JointError, overlap};
@@ -19,8 +20,11 @@ use crate::calibrate::seam::{
     Simulated, Uses, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
+use crate::recorders::own_solution::of_file;
+use crate::recorders::{Agreement, Choice};
 use crate::results::InputFile;
 use crate::ruled::Ruled;
+use crate::survey::problem::SurveyError;
 use crate::survey::schema::Key;
 
 /// A multibeam over natural seabed.
@@ -86,7 +90,8 @@ impl Loaded for LoadedSeabed {
         progress("calibrating");
         let outcome = calibrate(&input);
         let provenance = provenance(&self.file, &self.inputs, settings)?;
-        let result = summary::result(&outcome, &input, self.read, provenance);
+        let mut result = summary::result(&outcome, &input, self.read, provenance);
+        result.notes.extend(self.notes.iter().cloned());
         let page = summary::page(&outcome, &self.scene, &self.file.name, truth.as_ref());
         Ok(Finished { result, page })
     }
@@ -98,11 +103,95 @@ impl Loaded for LoadedSeabed {
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
         progress("looking where the lines meet");
         let config = self.file.joint(settings.seed());
-        Ok(match overlap(&self.scene, &config) {
+        let mut found = match overlap(&self.scene, &config) {
             Ok(met) => checked(self, &Layout::new(&self.scene, &met.tiles)),
             Err(error) => apart(self, &error),
-        })
+        };
+        if !self.recorders.is_empty() {
+            progress("georeferencing as the sounder did");
+            let own = Against::files(&self.recorders)?;
+            found.text.push_str(&own.text());
+            found.text.push_str(&noted(&self.notes));
+            found.json["own_solution"] = own.json();
+            found.json["notes"] = json!(self.notes);
+        }
+        Ok(found)
     }
+}
+
+/// Our georeferencing with the installation values against the sounder's own points, file by file.
+struct Against(Vec<(String, Option<Agreement>)>);
+
+/// A mean or root mean square beyond this part of the depth below the sounder says that a sign, an arm or an angle is read otherwise
+/// than the sounder has it.
+const AGREES: f64 = 0.02;
+
+impl Against {
+    fn files(paths: &[PathBuf]) -> Result<Self, InputError> {
+        let one = |path: &PathBuf| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let found = of_file(path, Choice::default()).map_err(SurveyError::from)?;
+            Ok::<_, SurveyError>((name.into_owned(), found))
+        };
+        let all: Result<Vec<_>, SurveyError> = paths.iter().map(one).collect();
+        Ok(Self(all?))
+    }
+
+    fn text(&self) -> String {
+        let compared = self.0.iter().filter(|file| file.1.is_some());
+        if compared.count() == 0 {
+            return "\nThe files hold no solution of the sounder's own to compare with, or not what\ncomparing needs (installation record, attitude, sound-speed profile).\n".to_owned();
+        }
+        let head = ["file", "beams", "mean, cm", "rms, cm"];
+        let mut table = Ruled::new(head);
+        for (name, found) in &self.0 {
+            let Some(found) = found else {
+                table.row([name.clone(), "0".to_owned(), String::new(), String::new()]);
+                continue;
+            };
+            let three = |v: &Vector3<f64>| {
+                let [x, y, z]: [f64; 3] = (v * 100.0).into();
+                format!("{x:.1} {y:.1} {z:.1}")
+            };
+            let (mean, rms) = (three(&found.mean_m), three(&found.rms_m));
+            table.row([name.clone(), found.beams.to_string(), mean, rms]);
+        }
+        let apart = if self.apart() {
+            "They lie apart: a sign, an arm, an angle or the sound speed is not as the sounder\nhas it. Look at that before the calibration is used.\n"
+        } else {
+            ""
+        };
+        format!(
+            "\nOur points by the installation values minus the sounder's own (right,\nforward, up):\n{table}\n{apart}"
+        )
+    }
+
+    /// Whether a file's points lie apart by more than the sounder's depth allows.
+    fn apart(&self) -> bool {
+        let worst = |found: &Agreement| found.rms_m.amax() > AGREES * found.depth_m.max(5.0);
+        self.0.iter().filter_map(|file| file.1.as_ref()).any(worst)
+    }
+
+    fn json(&self) -> Value {
+        let one = |(name, found): &(String, Option<Agreement>)| match found {
+            Some(found) => json!({
+                "file": name,
+                "pings": found.pings,
+                "beams": found.beams,
+                "left_out": found.left_out,
+                "mean_m": <[f64; 3]>::from(found.mean_m),
+                "rms_m": <[f64; 3]>::from(found.rms_m),
+            }),
+            None => json!({ "file": name, "beams": 0 }),
+        };
+        json!({ "files": self.0.iter().map(one).collect::<Vec<_>>(), "apart": self.apart() })
+    }
+}
+
+/// What was done on reading, one line each.
+fn noted(notes: &[String]) -> String {
+    let lines: String = notes.iter().map(|note| format!("- {note}\n")).collect();
+    format!("\nOn reading:\n{lines}")
 }
 
 fn apart(survey: &LoadedSeabed, error: &JointError) -> Checked {

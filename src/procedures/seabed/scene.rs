@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::georef::Layers;
-use crate::observe::{Mounting, Trajectory};
+use crate::observe::{Mounting, SoundSpeedProfile, Trajectory};
 
 /// A-priori noise and drift of the INS, metres, radians, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,8 +63,37 @@ pub struct Sounding {
     pub along_rad: f64,
     /// One-way travel time, seconds.
     pub one_way_s: f64,
+    /// Sound speed at the head that the beam former used, metres per second; 0 where it is the profile's. Used with two arrays only.
+    pub head_speed_m_s: f32,
     /// Number of the sounding in the observed file.
     pub row: u32,
+}
+
+/// Nominal mountings of a transmit and a receive array. The tilt of a sounding is then its `along_rad`, the angle against the receive
+/// array its `across_rad`, its stamp that of its transmission.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrays {
+    /// The transmit array.
+    pub transmitter: Mounting,
+    /// The receive array.
+    pub receiver: Mounting,
+}
+
+impl Arrays {
+    /// One mounting for both: roll of the receive array, the rest of the transmit array; the receive array's where one of the two is
+    /// built in the other way round.
+    #[must_use]
+    pub fn together(&self) -> Mounting {
+        let (transmitter, receiver) = (&self.transmitter, &self.receiver);
+        let ((_, pitch, heading), (roll, _, other)) = (transmitter.angles(), receiver.angles());
+        if (heading - other).cos() < 0.0 {
+            return Mounting {
+                rotation: receiver.rotation,
+                ..*transmitter
+            };
+        }
+        Mounting::from_angles(roll, pitch, heading, transmitter.lever_arm_m)
+    }
 }
 
 /// One line: its name and when it was sailed.
@@ -76,6 +105,8 @@ pub struct Line {
     pub start_s: f64,
     /// End, seconds.
     pub end_s: f64,
+    /// Which cast of the water is its own.
+    pub cast: usize,
 }
 
 /// Standard deviations of what is known beforehand; a figure of 0 holds the parameter.
@@ -98,32 +129,40 @@ pub struct Priors {
 /// Depth below the transducer at which the error of the profile is stated, metres; it grows linearly from the transducer.
 pub const REFERENCE_DEPTH_M: f64 = 20.0;
 
-/// The water: its level in the local frame and the sound-speed profile.
+/// The water: its level in the local frame and the sound-speed profiles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Water {
     /// Height of the surface, metres.
     pub level_m: f64,
-    /// Depths below the surface, metres, ascending.
-    pub depth_m: Vec<f64>,
-    /// Sound speed at each, metres per second.
-    pub speed_m_s: Vec<f64>,
+    /// Casts, at least one: depths below the surface and the sound speed at each.
+    pub casts: Vec<SoundSpeedProfile>,
     /// Depth of the transducer, metres, where the profile's error is zero.
     pub transducer_m: f64,
 }
 
 impl Water {
-    /// The layers when the profile is wrong by `error` (relative) at the reference depth.
+    /// The layers of each cast when the profiles are wrong by `error` (relative) at the reference depth.
     ///
-    /// `None` where the profile cannot be used.
+    /// `None` where a profile cannot be used.
     #[must_use]
-    pub fn layers(&self, error: f64) -> Option<Layers> {
+    pub fn layers(&self, error: f64) -> Option<Vec<Layers>> {
         let off = |depth: f64| 1.0 + error * (depth - self.transducer_m) / REFERENCE_DEPTH_M;
-        let speed = self.depth_m.iter().zip(&self.speed_m_s);
-        let profile = crate::observe::SoundSpeedProfile {
-            depth_m: self.depth_m.clone(),
-            speed_m_s: speed.map(|(depth, c)| c * off(*depth)).collect(),
+        let layers = |cast: &SoundSpeedProfile| {
+            let speed = cast.depth_m.iter().zip(&cast.speed_m_s);
+            let profile = SoundSpeedProfile {
+                depth_m: cast.depth_m.clone(),
+                speed_m_s: speed.map(|(depth, c)| c * off(*depth)).collect(),
+            };
+            Layers::new(&profile).ok()
         };
-        Layers::new(&profile).ok()
+        self.casts.iter().map(layers).collect()
+    }
+
+    /// Sound speed at the top of the first cast, metres per second.
+    #[must_use]
+    pub fn surface_speed_m_s(&self) -> f64 {
+        let first = self.casts.first().and_then(|cast| cast.speed_m_s.first());
+        first.copied().unwrap_or(1500.0)
     }
 }
 
@@ -144,8 +183,11 @@ pub struct Scene {
     pub water: Water,
     /// What the sonar claims.
     pub sonar: SonarNoise,
-    /// Nominal mounting of the sonar.
+    /// Nominal mounting of the sonar. Of two arrays: roll of the receive array, the rest of the transmit array; one correction serves
+    /// both.
     pub nominal: Mounting,
+    /// The two arrays, where they stand each on its own.
+    pub arrays: Option<Arrays>,
     /// What is known beforehand.
     pub priors: Priors,
 }
@@ -154,7 +196,7 @@ impl Scene {
     /// Median depth of the soundings below the transducer at the nominal mounting, metres; 0 without soundings.
     #[must_use]
     pub fn typical_depth_m(&self) -> f64 {
-        let speed = self.water.speed_m_s.first().copied().unwrap_or(1500.0);
+        let speed = self.water.surface_speed_m_s();
         let step = (self.soundings.len() / 5000).max(1);
         let depth = |s: &Sounding| s.one_way_s * speed * (s.across_rad + self.nominal_roll()).cos();
         let mut depths: Vec<f64> = self.soundings.iter().step_by(step).map(depth).collect();

@@ -10,7 +10,6 @@ use crate::adjust::Unit;
 use crate::calibrate::choices::Method;
 use crate::calibrate::tried::{Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath};
 use crate::calibrate::vary::{Point, VaryError, at};
-use crate::formats::SoundingRecords;
 use crate::geometry::rotation;
 use crate::results::SourceDescription;
 
@@ -205,20 +204,12 @@ impl Tried for SeabedTrials {
     fn trial(&self, seed: u64, which: Acting) -> Trial {
         let survey = simulate(&self.scenario, seed, self.acts(which));
         let file = write::survey_file(&self.scenario, &survey);
-        let observed = write::soundings(&self.scenario, &survey.shots);
-        let records = SoundingRecords {
-            time_s: observed.time_s,
-            ping: observed.ping,
-            beam: observed.beam,
-            across_rad: observed.across_rad,
-            along_rad: observed.along_rad,
-            range: observed.range,
-        };
+        let records = write::soundings(&self.scenario, &survey.shots);
         let trajectory = write::trajectory(&self.scenario, &survey);
         let scene = scene_of(
             &file,
             &trajectory,
-            &write::profile(&self.scenario, &survey),
+            &[write::profile(&self.scenario, &survey)],
             &records,
         );
         let found = calibrate(&SeabedInput {

@@ -170,7 +170,7 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
         || {
             rayon::join(
                 || checked_laser(file, &paths.lidar),
-                || read_soundings(&paths.multibeam).map_err(SurveyError::from),
+                || checked_soundings(&paths.multibeam),
             )
         },
     );
@@ -194,6 +194,23 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
         }
         _ => Err(SurveyError { problems }),
     }
+}
+
+/// Soundings of one head: the pool's model has one mounting for sending and hearing.
+fn checked_soundings(path: &Path) -> Result<SoundingRecords, SurveyError> {
+    let records = read_soundings(path)?;
+    if records.arrays.is_none() {
+        return Ok(records);
+    }
+    let expected =
+        "across_angle_deg and along_angle_deg; two arrays are for procedure = \"seabed\"";
+    Err(Problem::new(
+        path,
+        "column rx_angle_deg",
+        "angles of two arrays",
+        expected,
+    )
+    .into())
 }
 
 fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecords, SurveyError> {

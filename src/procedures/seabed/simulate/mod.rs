@@ -2,6 +2,7 @@
 //!
 //! It does not use the georeferencing of the calibration, so that the two check each other.
 
+mod arrays;
 pub mod bed;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -10,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use super::scene::Line;
+use super::scene::{Arrays, Line};
 use super::survey::SeabedScenario;
 use crate::geometry::rotation;
 use crate::stats::stream;
@@ -36,8 +37,14 @@ pub struct Shot {
     pub ping: u32,
     /// Beam.
     pub beam: u32,
-    /// Across angle as measured, radians.
+    /// Across angle as measured, radians; with two arrays the angle against the receive array.
     pub across_rad: f64,
+    /// Tilt of the transmitted cone, radians.
+    pub tilt_rad: f64,
+    /// From the ping to this beam's transmission, seconds.
+    pub delay_s: f64,
+    /// Transmit sector.
+    pub sector: u32,
     /// Two-way travel time as measured, seconds.
     pub two_way_s: f64,
     /// Whether it is a gross error.
@@ -158,9 +165,14 @@ pub fn simulate(scenario: &SeabedScenario, seed: u64, acts: Acts) -> Simulated {
     let boat = Boat::new(scenario, seed);
     let lines = boat.lines();
     let turn = scenario.multibeam.correction_deg;
-    let nominal = scenario.multibeam.mounting_deg.mounting([0.0; 3]);
+    let arrays = scenario.arrays(scenario.multibeam.lever_arm_m);
+    let nominal = match scenario.two_arrays() {
+        Some(_) => arrays.together(),
+        None => arrays.transmitter,
+    };
     let correction = Vector3::new(turn.pitch, turn.roll, turn.yaw).map(f64::to_radians);
-    let mounting = rotation::exp(&correction) * nominal.rotation;
+    let turn = rotation::exp(&correction);
+    let mounting = turn * nominal.rotation;
     let mut of_arm = stream(seed, 7);
     let m = &scenario.multibeam;
     let said = |k: usize| m.lever_arm_m[k] + normal(&mut of_arm, m.lever_arm_sigma_m[k]);
@@ -168,7 +180,16 @@ pub fn simulate(scenario: &SeabedScenario, seed: u64, acts: Acts) -> Simulated {
         lever_arm_m: std::array::from_fn(said),
         profile_error: scenario.errors.profile,
         records: records(scenario, &boat, &lines, seed),
-        shots: shots(scenario, &boat, &lines, &mounting, seed),
+        shots: match scenario.two_arrays() {
+            Some(two) => {
+                let true_arrays = Arrays {
+                    transmitter: arrays.transmitter.turned(&turn),
+                    receiver: arrays.receiver.turned(&turn),
+                };
+                arrays::shots(scenario, &boat, &lines, (&two, &true_arrays), seed)
+            }
+            None => shots(scenario, &boat, &lines, &mounting, seed),
+        },
         truth: SeabedTruth {
             rotation_matrix: std::array::from_fn(|i| std::array::from_fn(|j| mounting[(i, j)])),
             lever_arm_m: scenario.multibeam.lever_arm_m,
@@ -236,6 +257,7 @@ impl<'a> Boat<'a> {
                 name: course.name.clone(),
                 start_s,
                 end_s: start_s + way.norm() / course.speed_m_s,
+                cast: 0,
             };
             start_s = line.end_s + TURN_S;
             line
@@ -399,6 +421,9 @@ fn shots(
                     ping,
                     beam,
                     across_rad: across + normal(&mut draws, sigma),
+                    tilt_rad: 0.0,
+                    delay_s: 0.0,
+                    sector: 0,
                     two_way_s: 2.0 * measured_m / scenario.sound_speed_m_s,
                     gross: false,
                 });

@@ -2,7 +2,7 @@
 
 use super::super::config::{JointSettings, SeabedConfig};
 use super::super::reference::PatchConfig;
-use super::super::scene::{InsNoise, Line, Priors, SonarNoise};
+use super::super::scene::{Arrays, InsNoise, Line, Priors, SonarNoise};
 use crate::geometry::Ellipsoid;
 use crate::survey::limits::{ABOVE, DURATION, ELLIPSOID, Limits, limits};
 use crate::survey::schema::Kind;
@@ -17,6 +17,8 @@ pub(crate) const SIGMA_DEG_OR_NONE: Limits = limits(0.0, 10.0, "degrees from 0 t
 pub(crate) const PLACE: Limits = limits(-500.0, 500.0, "metres from -500 to 500");
 pub(crate) const LEVEL: Limits = limits(-1e3, 1e3, "metres from -1000 to 1000");
 pub(crate) const GROWTH: Limits = limits(0.0, 100.0, "a number from 0 to 100");
+/// Time scales of a trajectory beside a recorder's soundings.
+pub(crate) const TIMES: &[&str] = &["utc", "gps", "gps-week", "utc-week", "gps-day", "utc-day"];
 const TIME: Limits = limits(-1e12, 1e12, "seconds within 1e12");
 
 section! {
@@ -63,8 +65,21 @@ section! {
     /// `[trajectory]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct TrajectorySection {
-        /// Path of the trajectory.
-        path: String = required, Kind::Text;
+        /// Path of the trajectory. With recorder files it may be left out: then their own navigation is used.
+        path: Option<String> = or (None), Kind::Text;
+        /// Accuracies of an SBET (SMRMSG). Their root mean square becomes the drift sigmas that are not given.
+        accuracies: Option<String> = or (None), Kind::Text;
+        /// What the times of `path` are where the soundings are a recorder's (UTC): the same, on the GPS scale, or seconds of the week or
+        /// of the day on either.
+        time: Option<String> = or (None), Kind::OneOf(TIMES);
+        /// GPS week of seconds of the week; without it the week of the soundings.
+        week: Option<u32> = or (None), Kind::Count(limits(0.0, 10_000.0, "0 to 10000"));
+        /// GPS minus UTC, seconds; without it that of the soundings' date.
+        leap_seconds: Option<f64> = or (None), Kind::Number(limits(0.0, 100.0, "seconds from 0 to 100"));
+        /// Place of the point that `path` gives the positions of, in the body (right, forward, up), metres.
+        lever_arm_m: [f64; 3] = or ([0.0; 3]), Kind::Triple(PLACE);
+        /// Of a recorder's own navigation: heights above the ellipsoid, or the heave above the water level, the tide left to the lines.
+        heights: String = or ("ellipsoid".to_owned()), Kind::OneOf(&["ellipsoid", "heave"]);
         /// White noise of the position per record and axis, metres.
         position_sigma_m: f64 = required, Kind::Number(SIGMA_M);
         /// Drift of east and north, metres.
@@ -94,8 +109,8 @@ section! {
     /// `[sound_speed]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct SoundSpeedSection {
-        /// Path of the profile.
-        profile: String = required, Kind::Text;
+        /// Path of the profile. With recorder files it may be left out: then every line has the last of their casts before it.
+        profile: Option<String> = or (None), Kind::Text;
         /// Relative error of the profile 20 m below the transducer, growing linearly from there, one sigma; 0 holds it.
         profile_sigma: f64 = or (0.0), Kind::Number(limits(0.0, 0.1, "a number from 0 to 0.1"));
     }
@@ -105,14 +120,22 @@ section! {
     /// `[multibeam]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct MultibeamSection {
-        /// Path of the soundings.
-        path: String = required, Kind::Text;
+        /// Path of the soundings: a CSV, a recorder's file, or a folder of recorder files.
+        path: Option<String> = or (None), Kind::Text;
+        /// Several recorder files instead.
+        paths: Vec<String> = or (vec![]), Kind::Texts;
+        /// Serial number of the head to be calibrated, where the files have more than one.
+        head: Option<u32> = or (None), Kind::Count(limits(0.0, 4.3e9, "0 to 4294967295"));
         /// Lever arm in the body (right, forward, up), metres.
         lever_arm_m: [f64; 3] = required, Kind::Triple(PLACE);
         /// Its standard deviations, metres. The one upwards is inseparable from the heights of the lines and is held.
         lever_arm_sigma_m: [f64; 3] = or ([0.005, 0.005, 0.01]), Kind::Triple(SIGMA_M_OR_NONE);
         /// Nominal mounting angles, degrees.
         mounting_deg: MountingAngles = required, Kind::Table(MountingAngles::KEYS);
+        /// Lever arm of the receive array, where it is not that of the transmit array.
+        receiver_lever_arm_m: Option<[f64; 3]> = or (None), Kind::Triple(PLACE);
+        /// Nominal mounting angles of the receive array, where they are not those of the transmit array. Both get one correction.
+        receiver_mounting_deg: Option<MountingAngles> = or (None), Kind::Table(MountingAngles::KEYS);
         /// Range noise, metres, one sigma.
         range_sigma_m: f64 = required, Kind::Number(SIGMA_M);
         /// Across-track angle noise at the middle of the swath, degrees, one sigma.
@@ -130,6 +153,8 @@ section! {
     pub struct LineSection {
         /// Name for reports.
         name: String = required, Kind::Text;
+        /// Recorder files that are this line, instead of begin and end.
+        files: Vec<String> = or (vec![]), Kind::Texts;
         /// Begin, seconds on the trajectory's clock.
         start_s: f64 = required, Kind::Number(TIME);
         /// End, seconds.
@@ -145,6 +170,20 @@ impl SeabedSurveyFile {
             seabed: self.seabed.clone(),
             max_angle_deg: self.multibeam.max_angle_deg,
             seed,
+        }
+    }
+
+    /// The two arrays, or the one that is both.
+    #[must_use]
+    pub fn arrays(&self) -> Arrays {
+        let m = &self.multibeam;
+        let receiver_arm_m = m.receiver_lever_arm_m.unwrap_or(m.lever_arm_m);
+        Arrays {
+            transmitter: m.mounting_deg.mounting(m.lever_arm_m),
+            receiver: m
+                .receiver_mounting_deg
+                .unwrap_or(m.mounting_deg)
+                .mounting(receiver_arm_m),
         }
     }
 
@@ -198,6 +237,7 @@ impl SeabedSurveyFile {
             name: l.name.clone(),
             start_s: l.start_s,
             end_s: l.end_s,
+            cast: 0,
         };
         self.line.iter().map(one).collect()
     }

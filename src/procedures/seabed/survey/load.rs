@@ -1,9 +1,12 @@
 //! From the path of a seabed survey file to everything in memory.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
 
 use super::super::scene::{Line, Scene, Sounding, Water, wave_heave_m};
 use super::file::SeabedSurveyFile;
+use super::recorded::{self, recorder_files};
 use crate::formats::{
     SoundingRecords, TrajectoryRecords, read_soundings, read_trajectory, sound_speed_csv,
 };
@@ -12,6 +15,7 @@ use crate::georef::local_trajectory;
 use crate::observe::{
     GeodeticTrajectory, Outside, SoundSpeedProfile, SoundingRange, TrajectoryNoise,
 };
+use crate::recorders::navigation::at_reference;
 use crate::results::InputFile;
 use crate::stats::median;
 use crate::survey::document::Document;
@@ -30,6 +34,10 @@ pub struct LoadedSeabed {
     pub read: usize,
     /// Every file that was read, the survey file first.
     pub inputs: Vec<InputFile>,
+    /// What was done on reading and what to look at, in words.
+    pub notes: Vec<String>,
+    /// The recorder files; none where the soundings are a CSV.
+    pub recorders: Vec<PathBuf>,
 }
 
 /// Keys that name a file.
@@ -39,19 +47,40 @@ const FILES: &[[&str; 2]] = &[
     ["multibeam", "path"],
 ];
 
+/// Keys that say something of recorder files only.
+const OF_RECORDERS: &[[&str; 2]] = &[
+    ["trajectory", "accuracies"],
+    ["trajectory", "time"],
+    ["trajectory", "week"],
+    ["trajectory", "leap_seconds"],
+    ["trajectory", "heights"],
+    ["multibeam", "head"],
+];
+
 /// Reads a seabed survey file and every file that it names.
 ///
 /// # Errors
 /// [`SurveyError`] with everything that is wrong: first with the survey file itself, then with the files.
 pub fn load(path: &Path) -> Result<LoadedSeabed, SurveyError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let file = parse_survey(path, &read_text(path)?, Some(folder))?;
+    let text = read_text(path)?;
+    let document = Document::parse(path, &text).map_err(|problems| SurveyError { problems })?;
+    match recorder_files(&document, folder)? {
+        Some(names) => of_recorders(path, &text, folder, names),
+        None => of_columns(path, &text, folder),
+    }
+}
+
+/// A survey whose soundings are a CSV.
+fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, SurveyError> {
+    let file = parse_survey(path, text, Some(folder))?;
     let named = [
         &file.trajectory.path,
         &file.sound_speed.profile,
         &file.multibeam.path,
     ];
-    let [trajectory, profile, soundings] = named.map(|name| folder.join(name));
+    let named = named.map(|name| name.clone().unwrap_or_default());
+    let [trajectory, profile, soundings] = named.each_ref().map(|name| folder.join(name));
     let mut problems = vec![];
     let records = read_trajectory(&trajectory).map_err(SurveyError::from);
     let records = keep(&mut problems, records);
@@ -62,16 +91,82 @@ pub fn load(path: &Path) -> Result<LoadedSeabed, SurveyError> {
     let (Some(records), Some(cast), Some(observed)) = (records, cast, observed) else {
         return Err(SurveyError { problems });
     };
-    let inputs = digests(path, folder, &named.map(String::as_str))?;
+    let inputs = digests(path, folder, &named.each_ref().map(String::as_str))?;
     let read = observed.time_s.len();
-    let scene = scene(&file, records, &cast, &observed);
+    let arm_m = Vector3::from(file.trajectory.lever_arm_m);
+    let records = at_reference(records, &arm_m, file.site.ellipsoid);
+    let scene = scene(&file, records, &[cast], &observed);
     none_of(clock_problems(&scene, &observed, &soundings))?;
     Ok(LoadedSeabed {
         file,
         scene,
         read,
         inputs,
+        notes: vec![],
+        recorders: vec![],
     })
+}
+
+/// A survey of recorder files.
+fn of_recorders(
+    path: &Path,
+    text: &str,
+    folder: &Path,
+    names: Vec<String>,
+) -> Result<LoadedSeabed, SurveyError> {
+    let mut from = recorded::load(path, text, folder, names)?;
+    let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
+    none_of(line_problems(&document, &from.file))?;
+    let named: Vec<&str> = from.named.iter().map(String::as_str).collect();
+    let inputs = digests(path, folder, &named)?;
+    let profiles: Vec<SoundSpeedProfile> = from.casts.iter().map(|cast| cast.1.clone()).collect();
+    let mut scene = scene(&from.file, from.trajectory, &profiles, &from.soundings);
+    for line in &mut scene.lines {
+        line.cast = recorded::cast_of(&from.casts, line.start_s);
+    }
+    if profiles.len() > 1 {
+        let of = |line: &Line| format!("{} cast {}", line.name, line.cast + 1);
+        let each: Vec<String> = scene.lines.iter().map(of).collect();
+        let count = profiles.len();
+        let said = format!(
+            "{count} sound-speed casts, of each line the last before it: {}",
+            each.join(", ")
+        );
+        from.notes.push(said);
+    }
+    let first = from.paths.first().cloned().unwrap_or_default();
+    none_of(clock_problems(&scene, &from.soundings, &first))?;
+    from.notes.extend(uncovered(&scene));
+    Ok(LoadedSeabed {
+        read: from.soundings.time_s.len(),
+        file: from.file,
+        scene,
+        inputs,
+        notes: from.notes,
+        recorders: from.paths,
+    })
+}
+
+/// Lines of which part has no position or attitude, in words.
+fn uncovered(scene: &Scene) -> Vec<String> {
+    let mut counts = vec![(0usize, 0usize); scene.lines.len()];
+    for sounding in &scene.soundings {
+        let count = &mut counts[usize::from(sounding.line)];
+        count.0 += 1;
+        count.1 += usize::from(scene.trajectory.pose_at(sounding.time_s).is_err());
+    }
+    let lines = scene
+        .lines
+        .iter()
+        .zip(counts)
+        .filter(|(_, (_, lost))| *lost > 0);
+    let words = |(line, (all, lost)): (&Line, (usize, usize))| {
+        format!(
+            "line \"{}\": {lost} of {all} soundings have no position or attitude and are not used",
+            line.name
+        )
+    };
+    lines.map(words).collect()
 }
 
 /// Checks and parses the text of a seabed survey file; with a folder, also that the paths in it lead to files.
@@ -87,6 +182,21 @@ pub fn parse_survey(
     let mut problems = schema::check(&document, SeabedSurveyFile::KEYS);
     let missing = folder.map(|folder| missing_files(&document, folder, FILES));
     problems.extend(missing.into_iter().flatten());
+    let absent = FILES.iter().filter(|key| document.get(*key).is_none());
+    problems.extend(absent.map(|key| {
+        document.problem(
+            key,
+            "nothing",
+            "a file, or recorder files as paths under [multibeam]",
+        )
+    }));
+    for key in OF_RECORDERS
+        .iter()
+        .filter(|key| document.get(*key).is_some())
+    {
+        let expected = "this key with recorder files only; a CSV has the clock of its trajectory";
+        problems.push(document.problem(key, "soundings of a CSV", expected));
+    }
     none_of(problems)?;
     let file: SeabedSurveyFile = typed(path, text)?;
     none_of(line_problems(&document, &file))?;
@@ -155,7 +265,7 @@ fn clock_problems(scene: &Scene, observed: &SoundingRecords, soundings: &Path) -
 fn scene(
     file: &SeabedSurveyFile,
     records: TrajectoryRecords,
-    cast: &SoundSpeedProfile,
+    casts: &[SoundSpeedProfile],
     observed: &SoundingRecords,
 ) -> Scene {
     let ins = file.ins();
@@ -169,7 +279,7 @@ fn scene(
     };
     let gap_s = file.trajectory.max_gap_s;
     let geodetic = records.into_trajectory(file.site.ellipsoid, noise, gap_s, Outside::Drop);
-    scene_of(file, &geodetic, cast, observed)
+    scene_of(file, &geodetic, casts, observed)
 }
 
 /// The survey in memory from its observations.
@@ -177,7 +287,7 @@ fn scene(
 pub fn scene_of(
     file: &SeabedSurveyFile,
     geodetic: &GeodeticTrajectory,
-    cast: &SoundSpeedProfile,
+    casts: &[SoundSpeedProfile],
     observed: &SoundingRecords,
 ) -> Scene {
     let gap_s = file.trajectory.max_gap_s;
@@ -187,21 +297,25 @@ pub fn scene_of(
         azimuth_rad: 0.0,
     };
     let trajectory = local_trajectory(geodetic, &pose).trajectory;
-    let nominal = file
-        .multibeam
-        .mounting_deg
-        .mounting(file.multibeam.lever_arm_m);
+    let arrays = file.arrays();
+    let two = observed.arrays.is_some();
+    let nominal = if two {
+        arrays.together()
+    } else {
+        arrays.transmitter
+    };
     let lines = file.lines();
-    let soundings = soundings(&lines, observed, cast);
+    let soundings = soundings(&lines, observed, casts);
     let level_m = file.site.water_level_m;
     let mut scene = Scene {
         heave_m: wave_heave_m(&trajectory, gap_s),
         ins: file.ins(),
-        water: water(level_m, cast, &soundings),
+        water: water(level_m, casts, &soundings),
         lines,
         soundings,
         sonar: file.sonar(),
         nominal,
+        arrays: two.then_some(arrays),
         priors: file.priors(),
         trajectory,
     };
@@ -213,9 +327,12 @@ pub fn scene_of(
 fn soundings(
     lines: &[Line],
     observed: &SoundingRecords,
-    cast: &SoundSpeedProfile,
+    casts: &[SoundSpeedProfile],
 ) -> Vec<Sounding> {
-    let speed_m_s = cast.speed_m_s.first().copied().unwrap_or(1500.0);
+    let speed_m_s = casts.first().and_then(|cast| cast.speed_m_s.first());
+    let speed_m_s = speed_m_s.copied().unwrap_or(1500.0);
+    let arrays = observed.arrays.as_ref();
+    let delay_s = |k: usize| arrays.map_or(0.0, |a| a.delay_s[k]);
     let one_way_s = |k: usize| match &observed.range {
         SoundingRange::TwoWayTravelTime(time_s) => 0.5 * time_s[k],
         SoundingRange::Metres(range_m) => range_m[k] / speed_m_s,
@@ -227,20 +344,29 @@ fn soundings(
         let last = times.partition_point(|t| *t <= line.end_s);
         all.extend((first..last.max(first)).map(|k| Sounding {
             line: number as u16,
-            time_s: times[k],
+            time_s: times[k] + delay_s(k),
             across_rad: observed.across_rad[k],
             along_rad: observed.along_rad[k],
             one_way_s: one_way_s(k),
+            head_speed_m_s: arrays.map_or(0.0, |a| a.head_speed_m_s[k]) as f32,
             row: k as u32,
         }));
     }
     all
 }
 
-/// The profile, made to reach below the deepest sounding so that its error grows all the way down.
-fn water(level_m: f64, cast: &SoundSpeedProfile, soundings: &[Sounding]) -> Water {
+/// The casts, made to reach below the deepest sounding so that their error grows all the way down.
+fn water(level_m: f64, casts: &[SoundSpeedProfile], soundings: &[Sounding]) -> Water {
     let longest_s = soundings.iter().map(|s| s.one_way_s).fold(0.0, f64::max);
     let reach_m = 2000.0 * longest_s + 100.0;
+    Water {
+        level_m,
+        casts: casts.iter().map(|cast| reaching(cast, reach_m)).collect(),
+        transducer_m: 0.0,
+    }
+}
+
+fn reaching(cast: &SoundSpeedProfile, reach_m: f64) -> SoundSpeedProfile {
     let (mut depth_m, mut speed_m_s) = (cast.depth_m.clone(), cast.speed_m_s.clone());
     if let (Some(&last_m), Some(&speed)) = (depth_m.last(), speed_m_s.last())
         && last_m < reach_m
@@ -254,12 +380,7 @@ fn water(level_m: f64, cast: &SoundSpeedProfile, soundings: &[Sounding]) -> Wate
         depth_m.insert(0, 0.0);
         speed_m_s.insert(0, speed);
     }
-    Water {
-        level_m,
-        depth_m,
-        speed_m_s,
-        transducer_m: 0.0,
-    }
+    SoundSpeedProfile { depth_m, speed_m_s }
 }
 
 /// Median depth of the transducer over the soundings, metres.

@@ -1,10 +1,14 @@
 //! Files of a seabed calibration: the survey file and everything that it names in memory, the scenario, a simulated survey written.
 
+pub mod export;
+mod external;
 pub mod file;
+mod filled;
 pub mod load;
+mod recorded;
 pub mod scenario;
 pub mod write;
 
 pub use file::SeabedSurveyFile;
 pub use load::{LoadedSeabed, load, parse_survey};
-pub use scenario::{DEMO, SeabedScenario, parse_scenario};
+pub use scenario::{DEMO, SeabedScenario, TwoArrays, parse_scenario};

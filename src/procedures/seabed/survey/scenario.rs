@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::super::config::SeabedConfig;
 use super::super::reference::PatchConfig;
+use super::super::scene::Arrays;
 use super::file::{
     GROWTH, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE, SiteSection, TrajectorySection,
 };
@@ -35,6 +36,8 @@ section! {
         name: String = required, Kind::Text;
         /// `seabed`.
         procedure: String = required, Kind::OneOf(&["seabed"]);
+        /// How the survey is written: as CSV files, or as a recorder's files, one of each line.
+        format: String = or ("csv".to_owned()), Kind::OneOf(&["csv", "all", "kmall"]);
         /// Seed of the random numbers.
         seed: u64 = or (1), Kind::Count(limits(0.0, 1e15, "0 to 1e15"));
         /// The frame, as in a survey file.
@@ -128,6 +131,61 @@ section! {
         beams: u32 = required, Kind::Count(limits(2.0, 4096.0, "2 to 4096"));
         /// Half the swath, degrees.
         half_swath_deg: f64 = required, Kind::Number(limits(1.0, 80.0, "degrees from 1 to 80"));
+        /// A transmit and a receive array instead of one head: what is sent at one moment is heard at another. Recorder files have it
+        /// always.
+        arrays: Option<TwoArrays> = or (None), Kind::Table(TwoArrays::KEYS);
+    }
+}
+
+section! {
+    #[settings]
+    /// `[multibeam.arrays]`: the transmit array has the lever arm and the mounting of the section above.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct TwoArrays {
+        /// Nominal mounting angles of the receive array, degrees; those of the transmit array where they are not given.
+        receiver_mounting_deg: Option<MountingAngles> = or (None), Kind::Table(MountingAngles::KEYS);
+        /// From the transmit to the receive array in the body, metres.
+        receiver_offset_m: [f64; 3] = or ([0.0; 3]), Kind::Triple(PLACE);
+        /// Transmit sectors of a swath.
+        sectors: u32 = or (1), Kind::Count(limits(1.0, 9.0, "1 to 9"));
+        /// Tilt from one sector to the next, degrees.
+        sector_tilt_deg: f64 = or (0.0), Kind::Number(DEGREES);
+        /// Delay from one sector to the next, seconds.
+        sector_delay_s: f64 = or (0.0), Kind::Number(limits(0.0, 0.1, "seconds from 0 to 0.1"));
+    }
+}
+
+impl TwoArrays {
+    /// Tilt (radians) and delay (seconds) of a sector.
+    #[must_use]
+    pub fn sector(&self, number: u32) -> (f64, f64) {
+        let from_middle = f64::from(number) - 0.5 * f64::from(self.sectors - 1);
+        (
+            (from_middle * self.sector_tilt_deg).to_radians(),
+            f64::from(number) * self.sector_delay_s,
+        )
+    }
+}
+
+impl SeabedScenario {
+    /// The two arrays, where there are two: recorder files have them always.
+    #[must_use]
+    pub fn two_arrays(&self) -> Option<TwoArrays> {
+        let recorded = (self.format != "csv").then(TwoArrays::default);
+        self.multibeam.arrays.or(recorded)
+    }
+
+    /// Nominal mountings of both arrays with these lever arms of the transmit array.
+    #[must_use]
+    pub fn arrays(&self, lever_arm_m: [f64; 3]) -> Arrays {
+        let two = self.two_arrays().unwrap_or_default();
+        let nominal = self.multibeam.mounting_deg;
+        let receiver = two.receiver_mounting_deg.unwrap_or(nominal);
+        let receiver_arm_m = std::array::from_fn(|k| lever_arm_m[k] + two.receiver_offset_m[k]);
+        Arrays {
+            transmitter: nominal.mounting(lever_arm_m),
+            receiver: receiver.mounting(receiver_arm_m),
+        }
     }
 }
 

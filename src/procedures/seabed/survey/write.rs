@@ -9,32 +9,44 @@ use super::file::{
     LineSection, MultibeamSection, SeabedSurveyFile, SoundSpeedSection, TrajectorySection,
 };
 use super::scenario::SeabedScenario;
-use crate::formats::{FormatError, sound_speed_csv, soundings_csv, trajectory_csv, whole};
+use crate::formats::records::ArrayColumns;
+use crate::formats::{
+    FormatError, SoundingRecords, sound_speed_csv, soundings_csv, trajectory_csv, whole,
+};
 use crate::geometry::ellipsoid::{Geodetic, TargetPose, ecef_from_level};
 use crate::geometry::{Point, Target, rotation};
 use crate::observe::{
-    GeodeticTrajectory, Outside, SonarNoise, SoundSpeedProfile, SoundingRange, Soundings,
-    TrajectoryNoise,
+    GeodeticTrajectory, Outside, SoundSpeedProfile, SoundingRange, TrajectoryNoise,
 };
 
 /// The survey file of a scenario.
 #[must_use]
 pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurveyFile {
     let m = &scenario.multibeam;
+    let two = scenario.two_arrays();
+    let receiver_arm_m = scenario
+        .arrays(survey.lever_arm_m)
+        .receiver
+        .lever_arm_m
+        .into();
     SeabedSurveyFile {
         name: scenario.name.clone(),
         procedure: "seabed".to_owned(),
         site: scenario.site.clone(),
         trajectory: TrajectorySection {
-            path: "trajectory.csv".to_owned(),
+            path: Some("trajectory.csv".to_owned()),
             ..scenario.trajectory.clone()
         },
         sound_speed: SoundSpeedSection {
-            profile: "sound_speed.csv".to_owned(),
+            profile: Some("sound_speed.csv".to_owned()),
             profile_sigma: scenario.profile_sigma,
         },
         multibeam: MultibeamSection {
-            path: "multibeam.csv".to_owned(),
+            path: Some("multibeam.csv".to_owned()),
+            paths: vec![],
+            head: None,
+            receiver_lever_arm_m: two.map(|_| receiver_arm_m),
+            receiver_mounting_deg: two.and_then(|two| two.receiver_mounting_deg),
             lever_arm_m: survey.lever_arm_m,
             lever_arm_sigma_m: m.lever_arm_sigma_m,
             mounting_deg: m.mounting_deg,
@@ -50,6 +62,7 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
             .iter()
             .map(|l| LineSection {
                 name: l.name.clone(),
+                files: vec![],
                 start_s: l.start_s - 0.5,
                 end_s: l.end_s + 0.5,
             })
@@ -126,21 +139,20 @@ pub fn trajectory(scenario: &SeabedScenario, survey: &Simulated) -> GeodeticTraj
 
 /// The soundings as a file holds them.
 #[must_use]
-pub fn soundings(scenario: &SeabedScenario, shots: &[Shot]) -> Soundings {
-    let m = &scenario.multibeam;
+pub fn soundings(scenario: &SeabedScenario, shots: &[Shot]) -> SoundingRecords {
+    let two = scenario.two_arrays().is_some();
     let column = |pick: fn(&Shot) -> f64| shots.iter().map(pick).collect::<Vec<f64>>();
-    Soundings {
+    SoundingRecords {
         time_s: column(|s| s.time_s),
         ping: shots.iter().map(|s| s.ping).collect(),
         beam: shots.iter().map(|s| s.beam).collect(),
         across_rad: column(|s| s.across_rad),
-        along_rad: vec![0.0; shots.len()],
+        along_rad: column(|s| s.tilt_rad),
         range: SoundingRange::TwoWayTravelTime(column(|s| s.two_way_s)),
-        noise: SonarNoise {
-            range_m: m.range_sigma_m,
-            across_rad: m.angle_sigma_deg.to_radians(),
-            along_rad: 0.0,
-        },
+        arrays: two.then(|| ArrayColumns {
+            delay_s: column(|s| s.delay_s),
+            head_speed_m_s: vec![scenario.sound_speed_m_s; shots.len()],
+        }),
     }
 }
 
@@ -153,19 +165,27 @@ pub fn write(
     scenario: &SeabedScenario,
     survey: &Simulated,
 ) -> Result<(), FormatError> {
+    if scenario.format != "csv" {
+        super::export::write(folder, scenario, survey)?;
+        return write_truth(folder, survey);
+    }
     trajectory_csv::write(
         &folder.join("trajectory.csv"),
         &trajectory(scenario, survey),
     )?;
-    soundings_csv::write(
+    soundings_csv::write_records(
         &folder.join("multibeam.csv"),
-        &soundings(scenario, &survey.shots),
+        soundings(scenario, &survey.shots),
     )?;
     sound_speed_csv::write(&folder.join("sound_speed.csv"), &profile(scenario, survey))?;
     let path = folder.join("survey.toml");
     let text = toml::to_string(&survey_file(scenario, survey))
         .map_err(|e| FormatError::unwritable(&path, &e))?;
     whole::write_whole(&path, |out| out.write_all(text.as_bytes()))?;
+    write_truth(folder, survey)
+}
+
+fn write_truth(folder: &Path, survey: &Simulated) -> Result<(), FormatError> {
     let path = folder.join("truth.json");
     let truth = serde_json::to_string_pretty(&survey.truth)
         .map_err(|e| FormatError::unwritable(&path, &e))?;

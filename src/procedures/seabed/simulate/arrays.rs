@@ -1,0 +1,107 @@
+//! Soundings of a transmit and a receive array: cast from where the sound is sent, heard where the boat is by then.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::super::scene::{Arrays, Line};
+use super::super::survey::{SeabedScenario, TwoArrays};
+use super::bed::Seabed;
+use super::{Boat, Shot, area, normal, spoil, strike};
+use crate::stats::stream;
+
+/// What a beam is: whose line, when it is sent, where it looks.
+struct Sent<'a> {
+    number: usize,
+    line: &'a Line,
+    time_s: f64,
+    tilt_rad: f64,
+    across_rad: f64,
+}
+
+/// All soundings.
+pub(super) fn shots(
+    scenario: &SeabedScenario,
+    boat: &Boat<'_>,
+    lines: &[Line],
+    (two, arrays): (&TwoArrays, &Arrays),
+    seed: u64,
+) -> Vec<Shot> {
+    let bed = Seabed::new(&scenario.bed, area(scenario), seed);
+    let m = &scenario.multibeam;
+    let mut draws = stream(seed, 4);
+    let (mut all, mut ping) = (vec![], 0);
+    for (number, line) in lines.iter().enumerate() {
+        let count = ((line.end_s - line.start_s) * m.ping_rate_hz) as u32;
+        for k in 0..count {
+            // pings drift against the INS's records; recorders write milliseconds
+            let time_s = line.start_s + (f64::from(k) + 0.37) / m.ping_rate_hz * 0.9999;
+            let time_s = (1e3 * time_s).round() / 1e3;
+            for beam in 0..m.beams {
+                let part = f64::from(beam) / f64::from((m.beams - 1).max(1));
+                let sector = ((part * f64::from(two.sectors)) as u32).min(two.sectors - 1);
+                let (tilt_rad, delay_s) = two.sector(sector);
+                let sent = Sent {
+                    number,
+                    line,
+                    time_s: time_s + delay_s,
+                    tilt_rad,
+                    across_rad: (2.0 * part - 1.0) * m.half_swath_deg.to_radians(),
+                };
+                let Some((angle_rad, length_m)) = heard(scenario, boat, &bed, arrays, &sent) else {
+                    continue;
+                };
+                let outward = sent.across_rad.abs() / 60f64.to_radians();
+                let sigma =
+                    m.angle_sigma_deg.to_radians() * (1.0 + m.angle_sigma_growth * outward.powi(3));
+                let measured_m = length_m / (1.0 + scenario.errors.range_scale)
+                    + 2.0 * normal(&mut draws, m.range_sigma_m);
+                all.push(Shot {
+                    time_s: time_s + scenario.errors.latency_s,
+                    ping,
+                    beam,
+                    across_rad: angle_rad + normal(&mut draws, sigma),
+                    tilt_rad,
+                    delay_s,
+                    sector,
+                    two_way_s: measured_m / scenario.sound_speed_m_s,
+                    gross: false,
+                });
+            }
+            ping += 1;
+        }
+    }
+    spoil(&mut all, scenario.errors.gross, m.beams, &mut draws);
+    all
+}
+
+/// Angle against the receive array and length of the way there and back; `None` where the sound meets no bed.
+fn heard(
+    scenario: &SeabedScenario,
+    boat: &Boat<'_>,
+    bed: &Seabed,
+    arrays: &Arrays,
+    sent: &Sent<'_>,
+) -> Option<(f64, f64)> {
+    let place = |time_s: f64, mounting: &crate::observe::Mounting| {
+        let (position, attitude): (Vector3<f64>, Matrix3<f64>) =
+            boat.pose(sent.number, sent.line, time_s);
+        (
+            position + attitude * mounting.lever_arm_m,
+            attitude * mounting.rotation,
+        )
+    };
+    let (from, sender) = place(sent.time_s, &arrays.transmitter);
+    let ((sine, cosine), (across, down)) = (sent.tilt_rad.sin_cos(), sent.across_rad.sin_cos());
+    let direction = sender * Vector3::new(cosine * across, sine, -cosine * down);
+    let out_m = strike(bed, &from, &direction)?;
+    let point = from + direction * out_m;
+    let mut length_m = 2.0 * out_m;
+    let mut arrival = Vector3::zeros();
+    for _ in 0..4 {
+        let time_s = sent.time_s + length_m / scenario.sound_speed_m_s;
+        let (to, receiver) = place(time_s, &arrays.receiver);
+        let back = point - to;
+        length_m = out_m + back.norm();
+        arrival = receiver.tr_mul(&back.normalize());
+    }
+    Some((arrival.x.asin(), length_m))
+}

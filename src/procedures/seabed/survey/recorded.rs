@@ -1,0 +1,539 @@
+//! A seabed survey of recorder files: soundings, navigation, casts and nominal mountings from the files, the rest from the survey file.
+
+use std::path::{Path, PathBuf};
+
+use super::external::{self, External};
+use super::file::{LineSection, SeabedSurveyFile};
+use super::filled::{self, Given};
+use crate::formats::recorder::{Array, Installation, Profile, table, utc};
+use crate::formats::{SoundingRecords, TrajectoryRecords, sound_speed_csv};
+use crate::observe::{Mounting, SoundSpeedProfile};
+use crate::recorders::navigation::Lacking;
+use crate::recorders::observed::ObservedFile;
+use crate::recorders::{Heights, Navigation, Observed, navigation};
+use crate::stats::Moments;
+use crate::survey::document::Document;
+use crate::survey::problem::{Problem, SurveyError, none_of};
+use crate::survey::sections::MountingAngles;
+use crate::units::degrees;
+
+/// A survey of recorder files in memory.
+pub(super) struct FromRecorders {
+    /// The survey file with everything that the recorders supply.
+    pub(super) file: SeabedSurveyFile,
+    /// Soundings of the head.
+    pub(super) soundings: SoundingRecords,
+    /// Poses of the reference point.
+    pub(super) trajectory: TrajectoryRecords,
+    /// Casts in order of time, with it; without a time where the survey file names the profile.
+    pub(super) casts: Vec<(Option<f64>, SoundSpeedProfile)>,
+    /// What was done and what to look at, in words.
+    pub(super) notes: Vec<String>,
+    /// The recorder files, in their order.
+    pub(super) paths: Vec<PathBuf>,
+    /// Every file that was read, as the survey file names it.
+    pub(super) named: Vec<String>,
+}
+
+/// The recorder files that a survey file names, as it names them; nothing where its soundings are no recorder's.
+pub(super) fn recorder_files(
+    document: &Document<'_>,
+    folder: &Path,
+) -> Result<Option<Vec<String>>, SurveyError> {
+    let several = document.get(&["multibeam", "paths"]);
+    let several = several.and_then(|value| value.get_ref().as_array());
+    let listed: Vec<String> = several
+        .into_iter()
+        .flat_map(|list| list.iter())
+        .filter_map(|item| Some(item.get_ref().as_str()?.to_owned()))
+        .collect();
+    let single = document.string(&["multibeam", "path"]);
+    match (single, listed.is_empty()) {
+        (Some(_), false) => Err(document
+            .problem(
+                &["multibeam", "paths"],
+                "both path and paths",
+                "one of them",
+            )
+            .into()),
+        (None, false) => Ok(Some(listed)),
+        (Some(name), true) if folder.join(name).is_dir() => in_folder(document, folder, name),
+        (Some(name), true) if is_recorder(&folder.join(name)) => Ok(Some(vec![name.to_owned()])),
+        _ => Ok(None),
+    }
+}
+
+fn is_recorder(path: &Path) -> bool {
+    let mut head = vec![];
+    let Ok(file) = std::fs::File::open(path) else {
+        return false;
+    };
+    let beginning = std::io::Read::take(file, table::HEAD as u64);
+    let read = std::io::Read::read_to_end(&mut { beginning }, &mut head);
+    read.is_ok() && table::recorder_of(&head).is_some()
+}
+
+/// The recorder files of a folder by name.
+fn in_folder(
+    document: &Document<'_>,
+    folder: &Path,
+    name: &str,
+) -> Result<Option<Vec<String>>, SurveyError> {
+    let key = ["multibeam", "path"];
+    let unreadable = |error: std::io::Error| {
+        document.problem(&key, format!("\"{name}\": {error}"), "a readable folder")
+    };
+    let mut found = vec![];
+    for entry in std::fs::read_dir(folder.join(name)).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        if path.is_file() && is_recorder(&path) {
+            let own = path.file_name().unwrap_or_default().to_string_lossy();
+            found.push(format!("{}/{own}", name.trim_end_matches('/')));
+        }
+    }
+    found.sort();
+    if found.is_empty() {
+        let what = format!("\"{name}\", a folder without a recorder's file");
+        return Err(document
+            .problem(&key, what, "a folder of recorder files")
+            .into());
+    }
+    Ok(Some(found))
+}
+
+/// Reads a survey of recorder files.
+pub(super) fn load(
+    path: &Path,
+    text: &str,
+    folder: &Path,
+    names: Vec<String>,
+) -> Result<FromRecorders, SurveyError> {
+    let (mut file, given) = filled::draft(path, text, folder, &names)?;
+    let mut observed = read(folder, &names)?;
+    let head = head(path, &file, &observed)?;
+    let mut notes = losses(&observed);
+    file.multibeam.head = Some(head);
+    let installation = installation(&observed)?;
+    none_of(mountings(
+        path,
+        &mut file,
+        &given,
+        installation.as_ref(),
+        head,
+        &mut notes,
+    ))?;
+    let is_given = |key: &str| given.trajectory.iter().any(|own| own == key);
+    notes.extend(external::accuracies(&mut file, folder, is_given)?);
+    let external = external::read(&file, folder, &observed)?;
+    let paths: Vec<PathBuf> = names.iter().map(|name| folder.join(name)).collect();
+    none_of(lines(path, &mut file, &given, &names, &observed))?;
+    let navigation = match external {
+        Some(External { records, notes }) => Navigation { records, notes },
+        None => own_navigation(&file, &observed, &paths)?,
+    };
+    notes.extend(navigation.notes);
+    let casts = casts(&file, folder, &observed, &paths)?;
+    let mut named = names;
+    named.extend(file.trajectory.path.clone());
+    named.extend(file.trajectory.accuracies.clone());
+    named.extend(file.sound_speed.profile.clone());
+    level(
+        &mut file,
+        &given,
+        installation.as_ref(),
+        &navigation.records,
+        &mut notes,
+    );
+    filled::note_defaults(&given, &mut notes);
+    if observed.repeated_pings > 0 {
+        let count = observed.repeated_pings;
+        notes.push(format!("{count} pings came twice and were counted once"));
+    }
+    Ok(FromRecorders {
+        soundings: observed.take_head(head),
+        file,
+        trajectory: navigation.records,
+        casts,
+        notes,
+        paths,
+        named,
+    })
+}
+
+fn read(folder: &Path, names: &[String]) -> Result<Observed, SurveyError> {
+    let (mut observed, mut problems) = (Observed::default(), vec![]);
+    for name in names {
+        if let Err(error) = observed.read(&folder.join(name)) {
+            problems.push(Problem::from(error));
+        }
+    }
+    let unfit = observed.files.iter().filter_map(|file| {
+        let refusal = file.summary.refusal.clone();
+        let none = || {
+            file.span_s
+                .is_none()
+                .then(|| "no pings in the file".to_owned())
+        };
+        let reason = refusal.or_else(none)?;
+        let expected =
+            "soundings with angles and travel times (navigation belongs under [trajectory] path)";
+        Some(Problem::new(&file.path, "whole file", reason, expected))
+    });
+    problems.extend(unfit);
+    none_of(problems)?;
+    Ok(observed)
+}
+
+/// The head that is calibrated.
+fn head(path: &Path, file: &SeabedSurveyFile, observed: &Observed) -> Result<u32, SurveyError> {
+    let heads = observed.heads();
+    let listed: Vec<String> = heads.iter().map(u32::to_string).collect();
+    let listed = listed.join(", ");
+    let expected = "head = the one to be calibrated; each is calibrated by itself";
+    match (file.multibeam.head, heads.as_slice()) {
+        (Some(head), all) if all.contains(&head) => Ok(head),
+        (None, [only]) => Ok(*only),
+        (_, []) => {
+            let valid = "beams that the sounder holds valid";
+            Err(Problem::new(path, "[multibeam] paths", "none", valid).into())
+        }
+        (Some(head), _) => {
+            let found = format!("head {head}; the files have {listed}");
+            Err(Problem::new(path, "[multibeam] head", found, expected).into())
+        }
+        (None, _) => {
+            let found = format!("soundings of the heads {listed}");
+            Err(Problem::new(path, "[multibeam] head", found, expected).into())
+        }
+    }
+}
+
+/// What was lost or odd in the files, and notes of their readers.
+fn losses(observed: &Observed) -> Vec<String> {
+    let mut notes: Vec<String> = vec![];
+    for file in &observed.files {
+        let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+        for (what, count) in file.summary.losses.lines() {
+            notes.push(format!("{name}: {count} {what}"));
+        }
+        for said in file.summary.notes.iter().chain(&file.summary.applied) {
+            if !notes.contains(said) {
+                notes.push(said.clone());
+            }
+        }
+    }
+    notes
+}
+
+/// The installation record of all files.
+fn installation(observed: &Observed) -> Result<Option<Installation>, SurveyError> {
+    let with = |file: &&ObservedFile| file.installation.is_some();
+    let mut files = observed.files.iter().filter(with);
+    let Some(first) = files.next() else {
+        return Ok(None);
+    };
+    let places = |record: &Option<Installation>| -> Vec<Array> {
+        record
+            .as_ref()
+            .map(|r| r.arrays.clone())
+            .unwrap_or_default()
+    };
+    for other in files {
+        if places(&other.installation) != places(&first.installation) {
+            let found = format!("arrays mounted otherwise than in {}", first.path.display());
+            let expected = "lines of one mounting";
+            return Err(Problem::new(&other.path, "installation record", found, expected).into());
+        }
+    }
+    let record = first.installation.clone();
+    twice(&first.path, record.as_ref())?;
+    Ok(record)
+}
+
+/// Refuses two heads under one serial number: which of them a sounding is of cannot be told.
+fn twice(path: &Path, record: Option<&Installation>) -> Result<(), SurveyError> {
+    let arrays = record.map(|r| r.arrays.as_slice()).unwrap_or_default();
+    for (k, array) in arrays.iter().enumerate() {
+        let same = |other: &&Array| other.head == array.head && other.role == array.role;
+        if array.head != 0 && arrays[..k].iter().any(|other| same(&other)) {
+            let found = format!("two heads with the serial number {}", array.head);
+            let expected = "a serial number of its own for each head";
+            return Err(Problem::new(path, "installation record", found, expected).into());
+        }
+    }
+    Ok(())
+}
+
+/// Nominal mountings: the survey file's, else the installation record's; a difference between them is said.
+fn mountings(
+    path: &Path,
+    file: &mut SeabedSurveyFile,
+    given: &Given,
+    installation: Option<&Installation>,
+    head: u32,
+    notes: &mut Vec<String>,
+) -> Vec<Problem> {
+    let arrays = installation.and_then(|record| {
+        let mounting = |array: Option<&Array>| Some(array?.mounted.mounting);
+        Some((
+            mounting(record.transmitter(head))?,
+            mounting(record.receiver(head))?,
+        ))
+    });
+    let m = &mut file.multibeam;
+    let Some((transmitter, receiver)) = arrays else {
+        let lacking = [("lever_arm_m", given.arm), ("mounting_deg", given.mounting)];
+        let missing = lacking.iter().filter(|key| !key.1);
+        let found = format!("no installation record that says how head {head} is mounted");
+        let problem = |key: &(&str, bool)| {
+            Problem::new(
+                path,
+                "[multibeam]",
+                found.clone(),
+                format!("{} in the survey file", key.0),
+            )
+        };
+        return missing.map(problem).collect();
+    };
+    for (array, mounting) in [("transmit", &transmitter), ("receive", &receiver)] {
+        notes.push(format!(
+            "installation record, {array} array: {}",
+            in_words(mounting)
+        ));
+    }
+    if given.arm {
+        note_difference(
+            notes,
+            "lever_arm_m",
+            m.lever_arm_m,
+            arm_of(&transmitter),
+            1e-4,
+        );
+    } else {
+        m.lever_arm_m = arm_of(&transmitter);
+        m.receiver_lever_arm_m.get_or_insert(arm_of(&receiver));
+    }
+    if given.mounting {
+        let own = m.mounting_deg;
+        let theirs = angles_of(&transmitter);
+        let own = [own.roll, own.pitch, own.heading];
+        note_difference(
+            notes,
+            "mounting_deg",
+            own,
+            [theirs.roll, theirs.pitch, theirs.heading],
+            1e-3,
+        );
+    } else {
+        m.mounting_deg = angles_of(&transmitter);
+        m.receiver_mounting_deg.get_or_insert(angles_of(&receiver));
+    }
+    vec![]
+}
+
+fn note_difference(notes: &mut Vec<String>, key: &str, own: [f64; 3], theirs: [f64; 3], tell: f64) {
+    if own.iter().zip(theirs).any(|(a, b)| (a - b).abs() > tell) {
+        notes.push(format!(
+            "{key} of the survey file, {own:?}, is used; the installation record says {theirs:?}"
+        ));
+    }
+}
+
+fn arm_of(mounting: &Mounting) -> [f64; 3] {
+    // free of the rounding noise of sums and minus zero
+    mounting
+        .lever_arm_m
+        .map(|v| (1e6 * v).round() / 1e6 + 0.0)
+        .into()
+}
+
+fn angles_of(mounting: &Mounting) -> MountingAngles {
+    let (roll, pitch, heading) = mounting.angles();
+    let [roll, pitch, heading] =
+        [roll, pitch, heading].map(|angle| (1e9 * degrees(angle)).round() / 1e9 + 0.0);
+    MountingAngles {
+        roll,
+        pitch,
+        heading,
+    }
+}
+
+fn in_words(mounting: &Mounting) -> String {
+    let ([right, forward, up], angles) = (arm_of(mounting), angles_of(mounting));
+    let MountingAngles {
+        roll,
+        pitch,
+        heading,
+    } = angles;
+    format!(
+        "{right:.3} m right, {forward:.3} m forward, {up:.3} m up; roll {roll:.3}, pitch {pitch:.3}, heading {heading:.3} deg"
+    )
+}
+
+/// The lines: one of each file, unless the survey file says otherwise.
+fn lines(
+    path: &Path,
+    file: &mut SeabedSurveyFile,
+    given: &Given,
+    names: &[String],
+    observed: &Observed,
+) -> Vec<Problem> {
+    if !given.lines {
+        let line = |(name, of): (&String, &ObservedFile)| {
+            let (start_s, end_s) = of.span_s?;
+            let stem = Path::new(name).file_stem().unwrap_or_default();
+            Some(LineSection {
+                name: stem.to_string_lossy().into_owned(),
+                files: vec![name.clone()],
+                start_s,
+                end_s,
+            })
+        };
+        let each = names.iter().zip(&observed.files);
+        file.line = each.filter_map(line).collect();
+        own_names(&mut file.line);
+        return vec![];
+    }
+    let mut problems = vec![];
+    for line in file.line.iter_mut().filter(|line| !line.files.is_empty()) {
+        (line.start_s, line.end_s) = (f64::INFINITY, f64::NEG_INFINITY);
+        for wanted in &line.files {
+            let is = |name: &&String| {
+                *name == wanted || Path::new(name).file_name() == Path::new(wanted).file_name()
+            };
+            let at = names.iter().position(|name| is(&name));
+            match at.and_then(|k| observed.files[k].span_s) {
+                Some((first_s, last_s)) => {
+                    line.start_s = line.start_s.min(first_s);
+                    line.end_s = line.end_s.max(last_s);
+                }
+                None => {
+                    let found = format!("\"{wanted}\" of line \"{}\"", line.name);
+                    problems.push(Problem::new(
+                        path,
+                        "[[line]] files",
+                        found,
+                        "files of [multibeam]",
+                    ));
+                }
+            }
+        }
+    }
+    problems
+}
+
+/// Files of one name in several folders get a number.
+fn own_names(lines: &mut [LineSection]) {
+    for k in 1..lines.len() {
+        let name = lines[k].name.clone();
+        if lines[..k].iter().any(|line| line.name == name) {
+            lines[k].name = format!("{name} ({})", k + 1);
+        }
+    }
+}
+
+/// The trajectory from the recorder's own navigation.
+fn own_navigation(
+    file: &SeabedSurveyFile,
+    observed: &Observed,
+    paths: &[PathBuf],
+) -> Result<Navigation, SurveyError> {
+    let wanted = external::wanted(file);
+    navigation(&observed.recorded, &wanted).map_err(|missing| {
+        let of = paths.first().map_or(Path::new(""), PathBuf::as_path);
+        let problem = |lacking: Lacking| {
+            let found = format!("no {}", lacking.what);
+            Problem::new(of, "navigation", found, lacking.supplied_by)
+        };
+        SurveyError {
+            problems: missing.into_iter().map(problem).collect(),
+        }
+    })
+}
+
+/// The casts, each once, in order of time.
+fn casts(
+    file: &SeabedSurveyFile,
+    folder: &Path,
+    observed: &Observed,
+    paths: &[PathBuf],
+) -> Result<Vec<(Option<f64>, SoundSpeedProfile)>, SurveyError> {
+    if let Some(profile) = &file.sound_speed.profile {
+        return Ok(vec![(None, sound_speed_csv::read(&folder.join(profile))?)]);
+    }
+    let usable = |p: &&Profile| p.depth_m.len() >= 2;
+    let mut all: Vec<&Profile> = observed.recorded.profiles.iter().filter(usable).collect();
+    all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    all.dedup_by(|b, a| a.depth_m == b.depth_m && a.speed_m_s == b.speed_m_s);
+    if all.is_empty() {
+        let of = paths.first().map_or(Path::new(""), PathBuf::as_path);
+        let expected = "a CSV with depth_m, sound_speed_m_s as [sound_speed] profile";
+        return Err(Problem::new(of, "sound speed", "no sound-speed profile", expected).into());
+    }
+    let cast = |p: &Profile| {
+        let profile = SoundSpeedProfile {
+            depth_m: p.depth_m.clone(),
+            speed_m_s: p.speed_m_s.clone(),
+        };
+        (Some(p.time_s), profile)
+    };
+    Ok(all.into_iter().map(cast).collect())
+}
+
+/// Which cast each line has: the last that was taken before its begin, the first where none was.
+pub(super) fn cast_of(casts: &[(Option<f64>, SoundSpeedProfile)], start_s: f64) -> usize {
+    let before = |cast: &&(Option<f64>, SoundSpeedProfile)| cast.0.is_none_or(|t| t <= start_s);
+    casts.iter().filter(before).count().saturating_sub(1)
+}
+
+/// Origin and water level where the survey file does not give them: the mean water line over the lines is height zero.
+fn level(
+    file: &mut SeabedSurveyFile,
+    given: &Given,
+    installation: Option<&Installation>,
+    records: &TrajectoryRecords,
+    notes: &mut Vec<String>,
+) {
+    let on_line = |t: f64| file.line.iter().any(|l| t >= l.start_s && t <= l.end_s);
+    let mut heights = Moments::new(1);
+    for (time_s, height_m) in records.time_s.iter().zip(&records.height_m) {
+        if on_line(*time_s) {
+            heights.add(&[*height_m]);
+        }
+    }
+    let water_line_m = installation.and_then(|record| record.water_line_m);
+    if water_line_m.is_none() {
+        notes.push(
+            "no water line in the files: the reference point is taken to lie in it".to_owned(),
+        );
+    }
+    let mean_m = heights.mean().map_or(0.0, |mean| mean[0]);
+    let level_m = mean_m + water_line_m.unwrap_or(0.0);
+    let origin = &mut file.site.origin;
+    if !given.origin {
+        let first = |column: &[f64]| column.first().map_or(0.0, |angle| degrees(*angle));
+        let rounded = |angle: f64| (1e4 * angle).round() / 1e4;
+        origin.latitude_deg = rounded(first(&records.latitude_rad));
+        origin.longitude_deg = rounded(first(&records.longitude_rad));
+        origin.height_m = (1e3 * level_m).round() / 1e3;
+    }
+    if !given.level {
+        file.site.water_level_m = (1e3 * (level_m - origin.height_m)).round() / 1e3;
+    }
+    if file.trajectory.heights == "heave" {
+        notes.push("heights are the heave above the water level: the tide is left to the heights of the lines".to_owned());
+    }
+    for line in &file.line {
+        let (begin, end) = (utc::written(line.start_s), utc::written(line.end_s));
+        notes.push(format!("line \"{}\": {begin} to {end} UTC", line.name));
+    }
+}
+
+/// Where the survey file wants the heights from.
+pub(super) fn heights(file: &SeabedSurveyFile) -> Heights {
+    if file.trajectory.heights == "heave" {
+        Heights::Heave
+    } else {
+        Heights::Ellipsoid
+    }
+}
