@@ -49,6 +49,11 @@ pub trait Procedure: Sync {
         &[]
     }
 
+    /// A survey file made from recorder files; `None` where it reads none. What is wrong with them stands in it.
+    fn template_from(&self, _files: &[PathBuf]) -> Option<String> {
+        None
+    }
+
     /// Which settings it has a use for.
     fn uses(&self) -> Uses;
 

@@ -289,6 +289,9 @@ pub struct Template {
     /// Whose scenario or target; the first of all when none is named
     #[arg(value_name = "PROCEDURE", value_parser = PossibleValuesParser::new(procedures::names()))]
     pub procedure: Option<String>,
+    /// Make the survey file from these recorder files
+    #[arg(long, value_name = "FILE", num_args = 1.., value_hint = ValueHint::FilePath)]
+    pub from: Vec<PathBuf>,
 }
 
 /// `demo`.

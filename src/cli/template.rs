@@ -1,10 +1,12 @@
 //! `boresight template`: complete commented files to fill in.
 
+use std::path::PathBuf;
+
 use super::Ending;
 use super::args::Template;
 use super::error::CliError;
 use super::talk::Talk;
-use crate::calibrate::seam::Procedure;
+use crate::calibrate::seam::{InputError, Procedure};
 use crate::procedures;
 use crate::survey::template::{alternative, template};
 
@@ -13,12 +15,25 @@ pub fn run(args: &Template, talk: &Talk) -> Result<Ending, CliError> {
     let of = args.procedure.as_deref().and_then(procedures::find);
     let procedure = of.unwrap_or(procedures::ALL[0]);
     let text = match args.what.as_str() {
+        name if !args.from.is_empty() => from(name, &args.from)?,
         "scenario" => procedure.demo(),
         "target" => target(procedure),
         name => procedures::find(name).map_or(String::new(), survey),
     };
     talk.print(&text)?;
     Ok(Ending::Usable)
+}
+
+/// A survey file from what recorders wrote.
+fn from(name: &str, files: &[PathBuf]) -> Result<String, CliError> {
+    let procedure = procedures::find(name);
+    let made = procedure.and_then(|procedure| procedure.template_from(files));
+    let unused = || InputError::Unused {
+        option: "--from",
+        procedure: procedure.map_or("scenario or target, not a", |p| p.name()),
+        reason: "it reads no recorder files",
+    };
+    Ok(made.ok_or_else(unused)?)
 }
 
 /// A survey file.

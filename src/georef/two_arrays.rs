@@ -63,8 +63,39 @@ impl ArrayPair {
     /// `None` when no direction below the arrays has these two angles, or the axes are parallel.
     #[must_use]
     pub fn direction(&self, tilt_rad: f64, angle_rad: f64) -> Option<Vector3<f64>> {
+        self.of_sines(tilt_rad.sin(), angle_rad.sin())
+    }
+
+    /// The same where the two arrays stand apart: the direction seen from half way between them to the point that both see.
+    ///
+    /// The transmit array's cone begins at the transmit array, the receive array's at the receive array: an array a quarter of a metre
+    /// before the other moves the point an eighth of a metre along, which a single origin takes for pitch. `apart_m` leads from the
+    /// place of transmission to that of reception, `range_m` is half the way of the sound. `None` as [`Self::direction`].
+    #[must_use]
+    pub fn from_between(
+        &self,
+        (tilt_rad, angle_rad): (f64, f64),
+        apart_m: &Vector3<f64>,
+        range_m: f64,
+    ) -> Option<Vector3<f64>> {
         let (f, s) = self.axes();
-        let (sin_tilt, sin_angle) = (tilt_rad.sin(), angle_rad.sin());
+        let (sender_m, listener_m) = (apart_m * -0.5, apart_m * 0.5);
+        let mut u = self.direction(tilt_rad, angle_rad)?;
+        for _ in 0..3 {
+            let ray_m = u * range_m;
+            let seen = |from_m: &Vector3<f64>, sine: f64, axis: &Vector3<f64>| {
+                ((ray_m - from_m).norm() * sine + from_m.dot(axis)) / range_m
+            };
+            let tilt = seen(&sender_m, tilt_rad.sin(), &f);
+            let angle = seen(&listener_m, angle_rad.sin(), &s);
+            u = self.of_sines(tilt, angle)?;
+        }
+        Some(u)
+    }
+
+    /// The direction whose parts along the two axes are these.
+    fn of_sines(&self, sin_tilt: f64, sin_angle: f64) -> Option<Vector3<f64>> {
+        let (f, s) = self.axes();
         let q = f.dot(&s);
         let up = self.above(s.cross(&f));
         let square = up.norm_squared();
@@ -87,6 +118,18 @@ impl ArrayPair {
     #[must_use]
     pub fn partials(&self, tilt_rad: f64, angle_rad: f64) -> Option<ConePartials> {
         let u = self.direction(tilt_rad, angle_rad)?;
+        self.partials_at(u, tilt_rad, angle_rad)
+    }
+
+    /// The derivatives at a direction of these two angles, or near one: for [`Self::from_between`] as good as the arrays' distance over
+    /// the range.
+    #[must_use]
+    pub fn partials_at(
+        &self,
+        u: Vector3<f64>,
+        tilt_rad: f64,
+        angle_rad: f64,
+    ) -> Option<ConePartials> {
         let (f, s) = self.axes();
         let rows = Matrix3::from_rows(&[f.transpose(), s.transpose(), u.transpose()]);
         let solved = rows.try_inverse()?;
@@ -151,6 +194,25 @@ mod tests {
         let beam = Beam::from_vector(&u);
         assert!((beam.along_rad - tilt).abs() < 1e-14);
         assert!((u.x - angle.sin()).abs() < 1e-14);
+    }
+
+    /// A point, its angles from two places apart and the way of the sound: the direction from half way between leads back to it.
+    #[test]
+    fn arrays_apart_see_one_point() {
+        let pair = pair();
+        let (f, s) = pair.axes();
+        let point = Vector3::new(6.0, -1.0, -9.0);
+        let apart = Vector3::new(0.3, -0.5, 0.1);
+        let (to_sender, to_listener) = (point + apart * 0.5, point - apart * 0.5);
+        let tilt = (to_sender.dot(&f) / to_sender.norm()).asin();
+        let angle = (to_listener.dot(&s) / to_listener.norm()).asin();
+        let range = 0.5 * (to_sender.norm() + to_listener.norm());
+        let u = pair
+            .from_between((tilt, angle), &apart, range)
+            .expect("a beam");
+        let together = pair.direction(tilt, angle).expect("a beam");
+        assert!((u * range - point).norm() < 0.006, "{}", u * range);
+        assert!((together * range - point).norm() > 0.2);
     }
 
     /// Built in the other way round, an array has its angles the other way round, and the beam still goes down.

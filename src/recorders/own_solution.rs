@@ -5,12 +5,15 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::collect::Recorded;
+use super::collect::{Recorded, most_frequent};
 use crate::formats::FormatError;
-use crate::formats::recorder::{Array, BeamSample, Installation, Origin, Ping, Solution, table};
+use crate::formats::recorder::{
+    Array, BeamSample, Installation, Origin, Ping, Position, Solution, table,
+};
 use crate::georef::rays::Layers;
 use crate::georef::two_arrays::ArrayPair;
 use crate::observe::{Mounting, SoundSpeedProfile, Trajectory};
+use crate::units::wrap_angle;
 
 /// Longest interval of attitude that is bridged, seconds.
 const MAX_GAP_S: f64 = 1.0;
@@ -20,6 +23,8 @@ const MAX_GAP_S: f64 = 1.0;
 pub struct Choice {
     /// Add the offsets of the elements within a head to its place; they made the one real file at hand worse.
     pub inner_offsets: bool,
+    /// Leave out the way that the boat makes while the sound is in the water.
+    pub standing: bool,
 }
 
 /// How well the two agree; right, forward, up in the level frame turned to the solution's heading.
@@ -80,6 +85,11 @@ pub fn against_own_solution(recorded: &Recorded, choice: Choice) -> Option<Agree
         installation: recorded.installations.first()?,
         attitude: recorded.attitude_over_time(MAX_GAP_S),
         water: Layers::new(&profile).ok()?,
+        way: Way::new(if choice.standing {
+            &[]
+        } else {
+            &recorded.positions
+        }),
         choice,
     };
     let key = |number, head, time_s: f64| (number, head, (1e3 * time_s).round() as i64);
@@ -108,7 +118,57 @@ struct Scene<'r> {
     installation: &'r Installation,
     attitude: Trajectory,
     water: Layers,
+    way: Way,
     choice: Choice,
+}
+
+/// Way of the boat over ground between two moments, from its positions.
+struct Way {
+    time_s: Vec<f64>,
+    east_north_m: Vec<Vector3<f64>>,
+}
+
+/// Positions at least so far to either side give the speed, seconds.
+const SPEED_OVER_S: f64 = 0.5;
+/// Mean radius of the earth, metres.
+const EARTH_M: f64 = 6_371_000.0;
+
+impl Way {
+    fn new(positions: &[Position]) -> Self {
+        let sensor = most_frequent(positions.iter().map(|p| p.sensor));
+        let mut own: Vec<&Position> = positions
+            .iter()
+            .filter(|p| Some(p.sensor) == sensor)
+            .collect();
+        own.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        let first = own.first().copied().copied().unwrap_or_default();
+        let place = |p: &&Position| {
+            let east = wrap_angle(p.longitude_rad - first.longitude_rad) * first.latitude_rad.cos();
+            Vector3::new(east, p.latitude_rad - first.latitude_rad, 0.0) * EARTH_M
+        };
+        Self {
+            time_s: own.iter().map(|p| p.time_s).collect(),
+            east_north_m: own.iter().map(place).collect(),
+        }
+    }
+
+    /// From `begin_s` to `end_s`, east, north, metres; nothing where the speed is not known.
+    fn of(&self, begin_s: f64, end_s: f64) -> Vector3<f64> {
+        let before = self
+            .time_s
+            .partition_point(|t| *t <= begin_s - SPEED_OVER_S);
+        let after = self.time_s.partition_point(|t| *t < begin_s + SPEED_OVER_S);
+        let before = before.saturating_sub(1);
+        let after = after.min(self.time_s.len().saturating_sub(1));
+        let (Some(from_s), Some(to_s)) = (self.time_s.get(before), self.time_s.get(after)) else {
+            return Vector3::zeros();
+        };
+        let apart_m = self.east_north_m[after] - self.east_north_m[before];
+        if to_s - from_s < SPEED_OVER_S || to_s - from_s > 10.0 {
+            return Vector3::zeros();
+        }
+        apart_m * ((end_s - begin_s) / (to_s - from_s))
+    }
 }
 
 /// The arrays of a ping and where its solution is counted from.
@@ -180,15 +240,19 @@ impl Scene<'_> {
             transmitter: arrays.transmitter.rotation,
             receiver: arrays.receiver.rotation,
         };
-        let direction = pair.direction(sector.tilt_rad, beam.angle_rad)?;
+        let way_m = |time_s: f64| self.way.of(ping.time_s, time_s);
+        let sender_m = at_transmission * arrays.transmitter.lever_arm_m + way_m(sent_s);
+        let listener_m =
+            at_reception * arrays.receiver.lever_arm_m + way_m(sent_s + beam.two_way_s);
+        let range_m = 0.5 * beam.two_way_s * ping.head_speed_m_s;
+        let angles = (sector.tilt_rad, beam.angle_rad);
+        let direction = pair.from_between(angles, &(listener_m - sender_m), range_m)?;
         let depth_m = own.array_depth_m.max(0.0);
         let launch = (direction, ping.head_speed_m_s);
         let chord = self
             .water
             .chord(depth_m, launch, 0.5 * beam.two_way_s)
             .ok()?;
-        let sender_m = at_transmission * arrays.transmitter.lever_arm_m;
-        let listener_m = at_reception * arrays.receiver.lever_arm_m;
         let from_reference = (sender_m + listener_m) * 0.5 + chord;
         let at_ping = self.attitude.pose_at(ping.time_s).ok()?.rotation;
         let begin_m = self.begin(own.origin, &at_ping, &sender_m);

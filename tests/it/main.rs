@@ -39,6 +39,7 @@ mod ransac;
 mod rays;
 mod recorders_mutants;
 mod recorders_real;
+mod recorders_survey;
 mod report;
 mod scenarios;
 #[cfg(feature = "cli")]

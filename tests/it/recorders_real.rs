@@ -36,9 +36,11 @@ fn the_em2040c_line_agrees_with_its_own_solution() {
     assert!(found.rms_m.amax() < 0.030, "{found:?}");
     let inner = Choice {
         inner_offsets: true,
+        ..Choice::default()
     };
     let inner = against_own_solution(&recorded, inner).expect("comparable");
-    assert!(inner.rms_m.x > found.rms_m.x && inner.rms_m.y > found.rms_m.y);
+    assert!(inner.rms_m.norm() < found.rms_m.norm());
+    assert!(inner.rms_m.z < 0.7 * found.rms_m.z, "{inner:?} {found:?}");
 }
 
 /// Each sign, and each thing that must not be done twice, makes the agreement worse: the check sees them.

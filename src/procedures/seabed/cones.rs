@@ -7,6 +7,9 @@ use super::scene::{Arrays, Sounding};
 use crate::georef::two_arrays::ArrayPair;
 use crate::observe::Mounting;
 
+/// Sound speed that serves where only a share of the arrays' distance hangs on it, metres per second.
+const ORDINARY_M_S: f64 = 1500.0;
+
 /// Both arrays at some values of the parameters: one correction of the angles and one of the lever arm serves both.
 pub(super) struct Pair {
     transmitter: Mounting,
@@ -44,10 +47,18 @@ impl Pair {
             transmitter: self.transmitter.rotation,
             receiver: self.receiver.rotation,
         };
-        let cones = pair.partials(sounding.along_rad, sounding.across_rad)?;
         let sender_m = sent.0 + sent.1 * self.transmitter.lever_arm_m;
         let listener_m = heard.0 + heard.1 * self.receiver.lever_arm_m;
         let speed_m_s = f64::from(sounding.head_speed_m_s);
+        let range_m = sounding.one_way_s
+            * if speed_m_s > 0.0 {
+                speed_m_s
+            } else {
+                ORDINARY_M_S
+            };
+        let angles = (sounding.along_rad, sounding.across_rad);
+        let direction = pair.from_between(angles, &(listener_m - sender_m), range_m)?;
+        let cones = pair.partials_at(direction, angles.0, angles.1)?;
         Some(Aim {
             transducer_m: (sender_m + listener_m) * 0.5,
             direction: cones.direction,

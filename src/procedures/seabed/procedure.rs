@@ -48,6 +48,10 @@ impl Procedure for SeabedProcedure {
         SeabedSurveyFile::KEYS
     }
 
+    fn template_from(&self, files: &[PathBuf]) -> Option<String> {
+        Some(super::survey::from_files::template(files))
+    }
+
     fn uses(&self) -> Uses {
         Uses {
             seed: true,

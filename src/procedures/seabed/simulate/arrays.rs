@@ -105,3 +105,54 @@ fn heard(
     }
     Some((arrival.x.asin(), length_m))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::model::{Locator, Values};
+    use super::super::super::states::States;
+    use super::super::super::survey::{load::scene_of, parse_scenario, write};
+    use super::super::{Acts, simulate};
+    use super::*;
+
+    const ARRAYS: &str = "mounting_deg = { roll = -0.8, pitch = 1.1, heading = 0.3 }
+arrays = { receiver_mounting_deg = { roll = 1.5, pitch = -0.4, heading = 0.6 }, receiver_offset_m = [0.1, -0.25, 0.02], sectors = 3, sector_tilt_deg = 1.5, sector_delay_s = 0.004 }";
+
+    fn scenario() -> SeabedScenario {
+        let thin = include_str!("../../../../models/scenarios/seabed-thin.toml");
+        let text = thin.replace(
+            "mounting_deg = { roll = 0.0, pitch = 0.0, heading = 0.0 }",
+            ARRAYS,
+        );
+        parse_scenario(std::path::Path::new("s.toml"), &text).expect("a scenario")
+    }
+
+    /// The calibration's equation puts the simulator's soundings on the bed at the true mounting, and off it at the nominal one.
+    #[test]
+    fn at_the_true_mounting_the_soundings_lie_on_the_bed() {
+        let scenario = scenario();
+        let survey = simulate(&scenario, 3, Acts::NONE);
+        let file = write::survey_file(&scenario, &survey);
+        let scene = scene_of(
+            &file,
+            &write::trajectory(&scenario, &survey),
+            &[write::profile(&scenario, &survey)],
+            &write::soundings(&scenario, &survey.shots),
+        );
+        let states = States::new(&scene.lines, &scene.ins, 0.0);
+        let bed = Seabed::new(&scenario.bed, area(&scenario), 3);
+        let off_m = |values: &Values| {
+            let locator = Locator::new(&scene, &states, values).expect("a profile");
+            let numbers = (0..scene.soundings.len()).step_by(37);
+            let points = numbers.filter_map(|k| Some(locator.locate(k)?.point_m));
+            let off = points.map(|p| (p.z - bed.height_m(&p.xy())).abs());
+            off.fold(0.0, f64::max)
+        };
+        let nominal = Values::nominal(&scene, &states);
+        let truth = &survey.truth.rotation_matrix;
+        let mut right = nominal.clone();
+        right.mounting.rotation = Matrix3::from_fn(|i, j| truth[i][j]);
+        right.latency_s = survey.truth.latency_s;
+        let (true_m, nominal_m) = (off_m(&right), off_m(&nominal));
+        assert!(true_m < 0.004 && nominal_m > 0.1, "{true_m} {nominal_m}");
+    }
+}

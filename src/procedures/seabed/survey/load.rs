@@ -53,7 +53,6 @@ const OF_RECORDERS: &[[&str; 2]] = &[
     ["trajectory", "time"],
     ["trajectory", "week"],
     ["trajectory", "leap_seconds"],
-    ["trajectory", "heights"],
     ["multibeam", "head"],
 ];
 
@@ -190,6 +189,10 @@ pub fn parse_survey(
             "a file, or recorder files as paths under [multibeam]",
         )
     }));
+    if document.string(&["trajectory", "heights"]) == Some("heave") {
+        let expected = "heights above the ellipsoid: a CSV holds no others";
+        problems.push(document.problem(&["trajectory", "heights"], "\"heave\"", expected));
+    }
     for key in OF_RECORDERS
         .iter()
         .filter(|key| document.get(*key).is_some())

@@ -4,6 +4,7 @@ pub mod export;
 mod external;
 pub mod file;
 mod filled;
+pub mod from_files;
 pub mod load;
 mod recorded;
 pub mod scenario;

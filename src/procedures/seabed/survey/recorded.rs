@@ -169,12 +169,12 @@ fn read(folder: &Path, names: &[String]) -> Result<Observed, SurveyError> {
     }
     let unfit = observed.files.iter().filter_map(|file| {
         let refusal = file.summary.refusal.clone();
-        let none = || {
-            file.span_s
-                .is_none()
-                .then(|| "no pings in the file".to_owned())
+        let none = if observed.repeated_pings > 0 {
+            "no pings of its own, all are in another file too"
+        } else {
+            "no pings in the file"
         };
-        let reason = refusal.or_else(none)?;
+        let reason = refusal.or_else(|| file.span_s.is_none().then(|| none.to_owned()))?;
         let expected =
             "soundings with angles and travel times (navigation belongs under [trajectory] path)";
         Some(Problem::new(&file.path, "whole file", reason, expected))

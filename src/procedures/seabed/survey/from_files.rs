@@ -1,0 +1,86 @@
+//! A survey file made from recorder files: what must be said, and what the files say, commented out.
+
+use std::path::{Path, PathBuf};
+
+use super::recorded::{self, FromRecorders};
+use crate::survey::problem::SurveyError;
+
+/// A survey file of these recorder files, one line of each. What is wrong or missing stands in it as a comment.
+#[must_use]
+pub fn template(files: &[PathBuf]) -> String {
+    let names: Vec<String> = files
+        .iter()
+        .map(|f| f.to_string_lossy().into_owned())
+        .collect();
+    let quoted: Vec<String> = names.iter().map(|name| format!("{name:?}")).collect();
+    let head = format!(
+        "name = \"patch test\"\nprocedure = \"seabed\"\n\n[multibeam]\npaths = [{}]\nrange_sigma_m = 0.02\nangle_sigma_deg = 0.05\n",
+        quoted.join(", ")
+    );
+    let trajectory = "\n[trajectory]\nposition_sigma_m = 0.01\nroll_pitch_sigma_deg = 0.005\nheading_sigma_deg = 0.01\n";
+    let text = format!("{head}{trajectory}");
+    let found = recorded::load(Path::new("survey.toml"), &text, Path::new(""), names);
+    let (of_sonar, of_rest) = match &found {
+        Ok(found) => (sonar(found), rest(found)),
+        Err(error) => (String::new(), lacking(error)),
+    };
+    let title = "# Survey of recorder files, one line of each. A line that begins with \"#\" and a key shows what the files say or what holds\n# without it; without the mark it decides.\n# The sigmas are those of an ordinary installation: put in yours.\n";
+    let others = "#path = \"sbet.out\"           # a post-processed trajectory instead of the recorder's own navigation\n#time = \"gps-week\"           # of an SBET: gps-week or utc-week\n#accuracies = \"smrmsg.out\"   # its accuracies, for the drift sigmas\n#heights = \"ellipsoid\"       # or \"heave\", where no height above the ellipsoid is recorded\n";
+    format!("{title}{head}{of_sonar}{trajectory}{others}{of_rest}")
+}
+
+/// Mountings as the installation record has them.
+fn sonar(found: &FromRecorders) -> String {
+    let m = &found.file.multibeam;
+    let head = m
+        .head
+        .map_or(String::new(), |head| format!("#head = {head}\n"));
+    let angles = |a: &crate::survey::sections::MountingAngles| {
+        format!(
+            "{{ roll = {}, pitch = {}, heading = {} }}",
+            a.roll, a.pitch, a.heading
+        )
+    };
+    let arm = |a: &[f64; 3]| format!("{a:?}");
+    let mut text = format!(
+        "{head}#lever_arm_m = {}   # right, forward, up of the reference point\n#mounting_deg = {}\n",
+        arm(&m.lever_arm_m),
+        angles(&m.mounting_deg)
+    );
+    if let (Some(receiver_arm), Some(receiver)) =
+        (&m.receiver_lever_arm_m, &m.receiver_mounting_deg)
+    {
+        text.push_str(&format!(
+            "#receiver_lever_arm_m = {}\n#receiver_mounting_deg = {}\n",
+            arm(receiver_arm),
+            angles(receiver)
+        ));
+    }
+    text
+}
+
+/// The frame, the profile, and what was noted on reading.
+fn rest(found: &FromRecorders) -> String {
+    let origin = &found.file.site.origin;
+    let casts = found.casts.len();
+    let mut text = format!(
+        "\n#[site]\n#origin = {{ latitude_deg = {}, longitude_deg = {}, height_m = {} }}\n#water_level_m = {}\n\n#[sound_speed]\n#profile = \"svp.csv\"   # instead of the {casts} in the files\n\n# On reading:\n",
+        origin.latitude_deg, origin.longitude_deg, origin.height_m, found.file.site.water_level_m
+    );
+    for note in &found.notes {
+        text.push_str(&format!("# - {note}\n"));
+    }
+    text
+}
+
+fn lacking(error: &SurveyError) -> String {
+    let line = |problem: &crate::survey::problem::Problem| {
+        let file = problem.file.display();
+        format!(
+            "# - {file}: found {}, expected {}\n",
+            problem.found, problem.expected
+        )
+    };
+    let lines: String = error.problems.iter().map(line).collect();
+    format!("\n# It cannot be calibrated as it stands:\n{lines}")
+}

@@ -1,0 +1,251 @@
+//! Seabed surveys of recorder files end to end: the same simulated survey as CSV, `.all` and `.kmall`, and what is said of wrong files.
+
+use std::path::Path;
+
+use crate::common::{run, simulated, words};
+use boresight::formats::kongsberg_all::write::Writer;
+use nalgebra::{Matrix3, Vector3};
+use serde_json::Value;
+
+const THIN: &str = include_str!("../../models/scenarios/seabed-thin.toml");
+/// Two arrays, each mounted on its own, three sectors with tilt and delay.
+const ARRAYS: &str = "mounting_deg = { roll = -0.8, pitch = 1.1, heading = 0.3 }
+arrays = { receiver_mounting_deg = { roll = 1.5, pitch = -0.4, heading = 0.6 }, receiver_offset_m = [0.1, -0.25, 0.02], sectors = 3, sector_tilt_deg = 1.5, sector_delay_s = 0.004 }";
+const SURVEY: &str = "survey/survey.toml";
+
+fn scenario(format: &str) -> String {
+    let nominal = "mounting_deg = { roll = 0.0, pitch = 0.0, heading = 0.0 }";
+    let text = THIN.replace(nominal, ARRAYS);
+    text.replace("seed = 1", &format!("seed = 1\nformat = \"{format}\""))
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).expect("a file")).expect("JSON")
+}
+
+fn matrix(value: &Value) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, j| value[i][j].as_f64().expect("a number"))
+}
+
+/// The mounting that was found from the true one (radians), and the stated sigmas (degrees).
+fn calibrated(format: &str) -> (Vector3<f64>, Vector3<f64>) {
+    let folder = simulated(&scenario(format));
+    let output = run(
+        &["calibrate", SURVEY, "--method", "joint", "--out", "out"],
+        folder.path(),
+    );
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{format}: {}",
+        words(&output)
+    );
+    let result = json(&folder.path().join("out/result.json"));
+    let truth = json(&folder.path().join("survey/truth.json"));
+    let joint = &result["solutions"]["joint"];
+    let found = matrix(&joint["mountings"][0]["rotation_matrix"]);
+    let due = matrix(&truth["rotation_matrix"]);
+    let sigma = |k: usize| joint["parameters"][k]["sigma"].as_f64().expect("a sigma");
+    let off = boresight::geometry::rotation::log(&(found * due.transpose()));
+    (off, Vector3::new(sigma(0), sigma(1), sigma(2)))
+}
+
+/// One survey in three formats: the truth within 4.5 sigmas, and the same result but for what the formats round (0.01 deg of attitude and
+/// angles, a centimetre of position in `.all`), which draws other soundings for the tiles: within one sigma.
+#[test]
+fn one_survey_as_csv_all_and_kmall_has_one_result() {
+    let [csv, all, kmall] = ["csv", "all", "kmall"].map(calibrated);
+    for (off, sigma) in [&csv, &all, &kmall] {
+        let pulls = off.map(f64::to_degrees).component_div(sigma);
+        assert!(pulls.amax() < 4.5, "{off} {sigma}");
+    }
+    for other in [&all, &kmall] {
+        let apart = (other.0 - csv.0).map(f64::to_degrees);
+        let apart = apart.component_div(&csv.1);
+        assert!(apart.amax() < 1.0, "{apart}");
+    }
+}
+
+/// What `check` says of a survey that is changed before, with its exit code.
+fn checked(format: &str, change: impl Fn(&Path)) -> (Option<i32>, String) {
+    let folder = simulated(&scenario(format));
+    change(&folder.path().join("survey"));
+    let output = run(&["check", SURVEY], folder.path());
+    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &words(&output);
+    (output.status.code(), said)
+}
+
+/// The datagrams of a `.all` file that `keep` wants by their kind.
+fn datagrams(path: &Path, keep: impl Fn(u8) -> bool) -> Vec<u8> {
+    let bytes = std::fs::read(path).expect("a file");
+    let (mut at, mut kept) = (0, vec![]);
+    while at + 6 <= bytes.len() {
+        let length = u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+        let end = at + 4 + length as usize;
+        if keep(bytes[at + 5]) {
+            kept.extend_from_slice(&bytes[at..end]);
+        }
+        at = end;
+    }
+    kept
+}
+
+fn recorded(survey: &Path) -> Vec<std::path::PathBuf> {
+    let entries = std::fs::read_dir(survey).expect("a folder");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let mut own: Vec<_> = paths
+        .filter(|path| path.extension().is_some_and(|e| e == "all"))
+        .collect();
+    own.sort();
+    own
+}
+
+/// Every file without the datagrams of these kinds.
+fn without(survey: &Path, kinds: &[u8]) {
+    for path in recorded(survey) {
+        let kept = datagrams(&path, |kind| !kinds.contains(&kind));
+        std::fs::write(path, kept).expect("written");
+    }
+}
+
+fn appended(survey: &Path, section: &str, line: &str) {
+    let path = survey.join("survey.toml");
+    let text = std::fs::read_to_string(&path).expect("a file");
+    let header = format!("[{section}]");
+    let changed = text.replace(&header, &format!("{header}\n{line}"));
+    assert_ne!(text, changed);
+    std::fs::write(path, changed).expect("written");
+}
+
+#[test]
+fn a_survey_of_recorder_files_is_held_against_the_sounders_own_points() {
+    let (code, said) = checked("kmall", |_| {});
+    assert_eq!(code, Some(0), "{said}");
+    for words in ["minus the sounder's own", "receive array", "0001_1.kmall"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    assert!(!said.contains("They lie apart"), "{said}");
+}
+
+#[test]
+fn what_is_missing_is_said_with_what_supplies_it() {
+    let cases: [(&[u8], [&str; 2]); 4] = [
+        (b"A", ["no attitude", "an SBET"]),
+        (b"P", ["no positions", "an SBET"]),
+        (b"U", ["no sound-speed profile", "as [sound_speed] profile"]),
+        (b"I", ["no installation record", "lever_arm_m"]),
+    ];
+    for (kinds, expected) in cases {
+        let (code, said) = checked("all", |survey| without(survey, kinds));
+        assert_eq!(code, Some(2), "{said}");
+        assert!(expected.iter().all(|w| said.contains(w)), "{said}");
+    }
+    let (code, said) = checked("all", |survey| without(survey, b"N"));
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("no raw range and angle datagrams"), "{said}");
+}
+
+#[test]
+fn two_heads_under_one_serial_number_are_refused() {
+    let (code, said) = checked("all", |survey| {
+        for path in recorded(survey) {
+            let mut writer = Writer::new(vec![], 2040, 101);
+            let text = "STC=2,S1X=0,S1Y=0,S1Z=1,S1R=40,S2X=0,S2Y=0,S2Z=1,S2R=-40,";
+            writer
+                .installation(1_717_201_000.0, text, 101)
+                .expect("written");
+            let rest = datagrams(&path, |kind| kind != b'I');
+            let whole = [writer.into_inner(), rest].concat();
+            std::fs::write(path, whole).expect("written");
+        }
+    });
+    assert_eq!(code, Some(2), "{said}");
+    assert!(
+        said.contains("two heads with the serial number 101"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_trajectory_of_another_week_or_of_no_named_clock_is_refused() {
+    let row = |k: u32, base_s: f64| format!("{},31.4,121.8,12,0,0,0\n", base_s + f64::from(k));
+    let head = "time_s,latitude_deg,longitude_deg,height_m,roll_deg,pitch_deg,heading_deg\n";
+    let (code, said) = checked("all", |survey| {
+        let begin_s = 1_717_200_900.0 - 604_800.0;
+        let rows: String = (0..1000).map(|k| row(k, begin_s)).collect();
+        std::fs::write(survey.join("other.csv"), head.to_owned() + &rows).expect("written");
+        appended(survey, "trajectory", "path = \"other.csv\"");
+    });
+    assert_eq!(code, Some(2), "{said}");
+    assert!(
+        said.contains("whole GPS weeks") && said.contains("2024-06-01"),
+        "{said}"
+    );
+    let (code, said) = checked("all", |survey| {
+        let record = |k: u32| {
+            let mut values = [0.0; 17];
+            (values[0], values[1], values[2]) = (519_400.0 + f64::from(k), 0.548, 2.126);
+            values.map(f64::to_le_bytes).concat()
+        };
+        let bytes: Vec<u8> = (0..100).flat_map(record).collect();
+        std::fs::write(survey.join("sbet.out"), bytes).expect("written");
+        appended(survey, "trajectory", "path = \"sbet.out\"");
+    });
+    assert_eq!(code, Some(2), "{said}");
+    assert!(
+        said.contains("[trajectory] time") && said.contains("gps-week"),
+        "{said}"
+    );
+}
+
+/// A file given twice overlaps itself; a survey of one line has nothing to compare.
+#[test]
+fn lines_that_are_one_are_refused() {
+    let (code, said) = checked("all", |survey| {
+        let path = survey.join("survey.toml");
+        let text = std::fs::read_to_string(&path).expect("a file");
+        let twice = text.replace("\"0002_2.all\"", "\"0001_1.all\"");
+        assert_ne!(text, twice);
+        std::fs::write(path, twice).expect("written");
+    });
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("no pings of its own"), "{said}");
+    let (code, said) = checked("all", |survey| {
+        let path = survey.join("survey.toml");
+        let text = std::fs::read_to_string(&path).expect("a file");
+        let one = text.replace(", \"0002_2.all\", \"0003_3.all\", \"0004_4.all\"", "");
+        assert_ne!(text, one);
+        std::fs::write(path, one).expect("written");
+    });
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("Nothing can be determined"), "{said}");
+}
+
+/// The heave instead of heights above the ellipsoid: asked for, it serves; the template names the files and what they say.
+#[test]
+fn heave_serves_where_no_height_is_and_a_template_comes_from_the_files() {
+    let (code, said) = checked("all", |survey| {
+        appended(survey, "trajectory", "heights = \"heave\"");
+    });
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("heave above the water level"), "{said}");
+    let folder = simulated(&scenario("all"));
+    let survey = folder.path().join("survey");
+    let names = recorded(&survey);
+    let names: Vec<&str> = names
+        .iter()
+        .map(|path| path.file_name().and_then(|n| n.to_str()).expect("a name"))
+        .collect();
+    let arguments = [&["template", "seabed", "--from"], names.as_slice()].concat();
+    let output = run(&arguments, &survey);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let lines = text
+        .lines()
+        .filter(|l| !l.starts_with('#') && !l.is_empty());
+    assert!(lines.count() <= 10, "{text}");
+    assert!(text.contains("#receiver_mounting_deg"), "{text}");
+    std::fs::write(survey.join("from.toml"), &text).expect("written");
+    let output = run(&["check", "from.toml"], &survey);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+}
