@@ -50,8 +50,8 @@ fn calibrated(format: &str) -> (Vector3<f64>, Vector3<f64>) {
     (off, Vector3::new(sigma(0), sigma(1), sigma(2)))
 }
 
-/// One survey in three formats: the truth within 4.5 sigmas, and the same result but for what the formats round (0.01 deg of attitude and
-/// angles, a centimetre of position in `.all`), which draws other soundings for the tiles: within one sigma.
+/// One survey in three formats: the truth within 4.5 sigmas, and the same result but for what the formats round. `.kmall` rounds next to
+/// nothing; `.all` rounds attitude and angles to 0.01 deg and positions to a centimetre, as much noise as the INS of this survey has.
 #[test]
 fn one_survey_as_csv_all_and_kmall_has_one_result() {
     let [csv, all, kmall] = ["csv", "all", "kmall"].map(calibrated);
@@ -59,10 +59,10 @@ fn one_survey_as_csv_all_and_kmall_has_one_result() {
         let pulls = off.map(f64::to_degrees).component_div(sigma);
         assert!(pulls.amax() < 4.5, "{off} {sigma}");
     }
-    for other in [&all, &kmall] {
+    for (other, most) in [(&all, 2.0), (&kmall, 0.3)] {
         let apart = (other.0 - csv.0).map(f64::to_degrees);
         let apart = apart.component_div(&csv.1);
-        assert!(apart.amax() < 1.0, "{apart}");
+        assert!(apart.amax() < most, "{apart}");
     }
 }
 

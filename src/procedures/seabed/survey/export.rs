@@ -76,7 +76,7 @@ pub fn write(
         })?;
     }
     let path = folder.join("survey.toml");
-    let text = survey_text(scenario, survey, names)
+    let text = survey_text(scenario, survey, &names)
         .map_err(|error| FormatError::unwritable(&path, &error))?;
     whole::write_whole(&path, |out| out.write_all(text.as_bytes()))
 }
@@ -85,7 +85,7 @@ pub fn write(
 fn survey_text(
     scenario: &SeabedScenario,
     survey: &Simulated,
-    names: Vec<String>,
+    names: &[String],
 ) -> Result<String, toml::ser::Error> {
     let mut root = toml::Table::try_from(write::survey_file(scenario, survey))?;
     root.remove("line");
@@ -109,7 +109,7 @@ fn survey_text(
         if let Some(table) = table {
             table.retain(|key, _| !keys.iter().any(|k| **k == *key));
             if section == "multibeam" {
-                table.insert("paths".to_owned(), names.clone().into());
+                table.insert("paths".to_owned(), names.to_vec().into());
             }
         }
     }

@@ -69,7 +69,7 @@ type Read = (TrajectoryRecords, Option<TimeScale>, Vec<String>);
 
 /// The records with what the file says of their times: nothing in a CSV.
 fn of_file(file: &SeabedSurveyFile, path: &Path) -> Result<Read, SurveyError> {
-    let ends = path.extension().map(|e| e.to_ascii_lowercase());
+    let ends = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     let ends = ends.unwrap_or_default();
     if ends == "csv" {
         return Ok((read_trajectory(path)?, None, vec![]));

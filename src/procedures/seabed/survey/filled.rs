@@ -113,7 +113,7 @@ fn half_lines(document: &Document<'_>) -> Vec<Problem> {
                 .as_table()
                 .is_some_and(|t| t.contains_key(key))
         };
-        !has("files") && !(has("start_s") && has("end_s"))
+        !(has("files") || has("start_s") && has("end_s"))
     });
     let problem = |_| {
         let expected = "files, or start_s and end_s (seconds since 1970, UTC)";
