@@ -55,4 +55,5 @@ mod usbl_cli;
 mod usbl_real;
 #[cfg(feature = "cli")]
 mod verdict;
+mod verdict_usbl_rail;
 mod week;
