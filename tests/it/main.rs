@@ -56,6 +56,7 @@ mod usbl_cli;
 mod usbl_real;
 #[cfg(feature = "cli")]
 mod verdict;
+mod verdict_usbl_rail;
 mod week;
 #[cfg(feature = "cli")]
 mod width;

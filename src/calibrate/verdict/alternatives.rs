@@ -24,7 +24,8 @@ impl Tried {
     pub fn merit(&self) -> f64 {
         let factor = self.variance_factor.unwrap_or(1.0);
         let plausible = if self.oversize { OVERSIZE } else { 1.0 };
-        plausible * self.share / factor.max(1.0 / factor).sqrt()
+        let merit = plausible * self.share / factor.max(1.0 / factor).sqrt();
+        if merit.is_finite() { merit } else { 0.0 } // nothing was left to judge
     }
 
     fn words(&self, what: &str) -> String {
@@ -133,6 +134,15 @@ mod tests {
             variance_factor: Some(factor),
             oversize: false,
         }
+    }
+
+    /// An alternative that leaves nothing has no variance factor; as a number that is none it would come before all others.
+    #[test]
+    fn an_alternative_that_leaves_nothing_is_the_last() {
+        let nothing = (alternative("axes"), tried(0.0, f64::NAN));
+        let right = (alternative("noise"), tried(1.0, 1.0));
+        let found = best(&tried(0.2, 1.3), &[right, nothing], "the fixes");
+        assert_eq!(found.expect("a finding").code, "noise");
     }
 
     /// Attitude in radians turns a resting boat by a constant, which the mounting takes up: all fixes fit, 34 deg off.

@@ -196,6 +196,14 @@ fn of_attitude() -> Vec<Mistake> {
             },
         ),
         mistake(
+            "heading_turned",
+            "with the heading turned by 180 deg",
+            "the heading is that of the stern: add 180 deg",
+            |s| {
+                shift(&mut s.campaign.trajectory.heading_rad, PI);
+            },
+        ),
+        mistake(
             "roll_and_pitch_exchanged",
             "with roll and pitch exchanged",
             "check the order of the columns roll and pitch",

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::conditions::{AttitudeConditions, PointConditions, Tie, recorded};
 use super::config::RailJointConfig;
-use super::judge::Case;
+use super::judge::{Case, InsShares};
 use super::model::{Blocks, Turned, chain, parameters};
 use super::scene::RailScene;
 use crate::adjust::{
@@ -52,6 +52,8 @@ pub struct RailJoint {
     pub blocks: Blocks,
     /// Points that entered it.
     pub ties: Vec<Tie>,
+    /// Share of the INS' mean attitudes that agree, of the worst-off axis.
+    pub ins_share: f64,
     /// Points within the gate that data snooping took out.
     pub snooped: usize,
     /// Every round.
@@ -180,6 +182,7 @@ impl Path<'_> {
             _ => Suspect::Attitude(self.recorded[w.condition / 3]),
         };
         let worst = judged.quality.worst.iter().map(suspect).collect();
+        let ins_share = InsShares::of(self.recorded.len(), judged.ignored.get(1)).least();
         if let Some(mask) = judged.ignored.first() {
             let mut off = mask.iter();
             ties.retain(|_| !off.next().copied().unwrap_or(false));
@@ -197,6 +200,7 @@ impl Path<'_> {
             solution,
             blocks: self.blocks,
             ties,
+            ins_share,
             rounds: self.rounds,
             stable,
             worst,
@@ -272,6 +276,7 @@ impl Model for Path<'_> {
             solution: &found.solution,
             quality: &found.quality,
             ties,
+            ins: InsShares::of(self.recorded.len(), found.ignored.get(1)),
             config: &self.config.verdict,
         };
         case.heard(problem)

@@ -13,8 +13,8 @@ use crate::calibrate::verdict::bounds::{Correction, Share, share, size};
 use crate::calibrate::verdict::doubts::{self, Doubted};
 use crate::calibrate::verdict::fit::{self, Part};
 use crate::calibrate::verdict::{Alternative, Tried, VerdictConfig, accepted};
-use crate::observe::RailCampaign;
-use crate::results::Finding;
+use crate::observe::{ProfilePoints, RailCampaign};
+use crate::results::{Finding, Severity};
 use crate::target::RailProfile;
 use crate::target::rail::BUILT_IN;
 
@@ -30,8 +30,64 @@ pub struct Case<'a> {
     pub quality: &'a Quality,
     /// Points used.
     pub ties: &'a [Tie],
+    /// The INS' attitudes used.
+    pub ins: InsShares,
     /// Limits.
     pub config: &'a VerdictConfig,
+}
+
+/// How many of the INS' mean attitudes agree with the rest, about each axis: data snooping could take out all that contradict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InsShares {
+    /// Positions with a record.
+    pub positions: usize,
+    /// Positions used, about x, about y and in heading.
+    pub used: [usize; 3],
+}
+
+impl InsShares {
+    /// Of so many positions, three conditions each, and which of those conditions were switched off.
+    #[must_use]
+    pub fn of(positions: usize, ignored: Option<&Vec<bool>>) -> Self {
+        let off = |axis: usize| {
+            let mask = ignored.into_iter().flatten().enumerate();
+            mask.filter(|(k, off)| k % 3 == axis && **off).count()
+        };
+        Self {
+            positions,
+            used: [0, 1, 2].map(|axis| positions - off(axis).min(positions)),
+        }
+    }
+
+    /// Share of the worst-off axis; one without an INS.
+    #[must_use]
+    pub fn least(&self) -> f64 {
+        let least = self.used.iter().min().copied().unwrap_or(0);
+        if self.positions == 0 {
+            1.0
+        } else {
+            least as f64 / self.positions as f64
+        }
+    }
+
+    /// The axis that contradicts, if one does.
+    fn finding(&self, config: &VerdictConfig) -> Option<Finding> {
+        let axes = ["about x", "about y", "in heading"].iter().zip(self.used);
+        let (axis, used) = axes.min_by_key(|(_, used)| *used)?;
+        (self.least() < config.good_share).then(|| {
+            Finding::new(
+                "ins_attitude",
+                Severity::Withdraws,
+                format!(
+                    "{} of {} of the INS' attitudes contradict the table {axis} and were rejected",
+                    self.positions - used,
+                    self.positions
+                ),
+                format!("{:.0} % that agree", 100.0 * config.good_share),
+                "check the INS' signs, order and unit, its alignment, and the seat of the beam",
+            )
+        })
+    }
 }
 
 /// Number of a cell: profiler, then element.
@@ -49,6 +105,7 @@ impl Case<'_> {
     pub fn heard(&self, problem: &Problem) -> Result<Doubted, AdjustError> {
         let doubted = self.doubts(problem)?;
         let mut findings = self.shares();
+        findings.extend(self.ins.finding(self.config));
         findings.extend(doubted.findings);
         let priors = fit::priors(&prior_tests(self.solution), self.config);
         findings.extend(priors.into_iter().map(|finding| self.of_element(finding)));
@@ -203,7 +260,7 @@ fn sensor(profiler: Option<&str>, test: FitTest) -> Part {
 }
 
 impl RailJoint {
-    /// Share of the resting points of the worst-off profiler that are used, and the variance factor.
+    /// Share of the resting points of the worst-off profiler that are used, or of the INS' attitudes, and the variance factor.
     fn tried(&self, scene: &RailScene) -> Tried {
         let profilers = scene.campaign.profilers.len();
         let (mut all, mut used) = (vec![0usize; profilers], vec![0usize; profilers]);
@@ -218,17 +275,24 @@ impl RailJoint {
             .zip(&used)
             .map(|(all, used)| *used as f64 / (*all).max(1) as f64);
         Tried {
-            share: shares.fold(1.0, f64::min),
+            share: shares.fold(self.ins_share, f64::min),
             variance_factor: Some(self.quality.global.variance_factor),
             oversize: false,
         }
     }
 }
 
+/// Whether fewer points of a profiler lie on the rail than should, though enough for a result: a mistake may be why.
+#[must_use]
+pub fn is_thin(joint: &RailJoint) -> bool {
+    let mut findings = joint.doubted.findings.iter();
+    findings.any(|finding| finding.code == "share" && !finding.accepted)
+}
+
 /// Names the discrete mistake that turns the misfit of a rail calibration into a fit, if there is one.
 #[must_use]
 pub fn named(input: &RailInput, as_given: &RailJoint) -> Option<Finding> {
-    let scene = RailScene::new(input.campaign, input.rail);
+    let survey = thinned(input.campaign);
     let mut tried: Vec<(Alternative, Tried)> = vec![];
     for name in BUILT_IN {
         let Some(rail) = RailProfile::built_in(name).filter(|rail| rail.name != input.rail.name)
@@ -240,14 +304,38 @@ pub fn named(input: &RailInput, as_given: &RailJoint) -> Option<Finding> {
             format!("with the built-in rail {name}"),
             "another rail profile fits better: check [rail] model",
         );
-        tried.extend(fitted(input.campaign, &rail, input).map(|found| (alternative, found)));
+        tried.extend(fitted(&survey, &rail, input).map(|found| (alternative, found)));
     }
     for (alternative, undo) in mistakes() {
-        let mut campaign = input.campaign.clone();
-        undo(&mut campaign);
-        tried.extend(fitted(&campaign, input.rail, input).map(|found| (alternative, found)));
+        let mut undone = survey.clone();
+        undo(&mut undone);
+        tried.extend(fitted(&undone, input.rail, input).map(|found| (alternative, found)));
     }
-    best(&as_given.tried(&scene), &tried, "each profiler's points")
+    let given = as_given.tried(&RailScene::new(input.campaign, input.rail));
+    best(
+        &given,
+        &tried,
+        "each profiler's points and the INS' attitudes",
+    )
+}
+
+/// Points that alternatives are tried with at the most.
+const POINTS: usize = 8_000;
+
+/// Evenly chosen points, so that every alternative is tried in a moment.
+fn thinned(campaign: &RailCampaign) -> RailCampaign {
+    let points = &campaign.points;
+    let step = points.len().div_ceil(POINTS).max(1);
+    let every = |values: &[f64]| values.iter().step_by(step).copied().collect();
+    RailCampaign {
+        points: ProfilePoints {
+            time_s: every(&points.time_s),
+            profiler: points.profiler.iter().step_by(step).copied().collect(),
+            y_m: every(&points.y_m),
+            z_m: every(&points.z_m),
+        },
+        ..campaign.clone()
+    }
 }
 
 fn fitted(campaign: &RailCampaign, rail: &RailProfile, input: &RailInput) -> Option<Tried> {
@@ -260,30 +348,130 @@ fn fitted(campaign: &RailCampaign, rail: &RailProfile, input: &RailInput) -> Opt
 type Undo = fn(&mut RailCampaign);
 
 fn mistakes() -> Vec<(Alternative, Undo)> {
-    let one = |code, words: &str, advice, undo: Undo| (Alternative::new(code, words, advice), undo);
+    let mut all = of_points();
+    all.extend(of_table());
+    all.extend(of_ins());
+    all
+}
+
+fn one(code: &'static str, words: &str, advice: &'static str, undo: Undo) -> (Alternative, Undo) {
+    (Alternative::new(code, words, advice), undo)
+}
+
+fn negate(values: &mut [f64]) {
+    values.iter_mut().for_each(|value| *value = -*value);
+}
+
+fn to_degrees(values: &mut [f64]) {
+    values
+        .iter_mut()
+        .for_each(|value| *value = value.to_degrees());
+}
+
+fn of_points() -> Vec<(Alternative, Undo)> {
     vec![
         one(
             "sign_of_lateral",
             "with the lateral coordinate reversed",
             "check the sign of y_m: positive is to the right",
+            |c| negate(&mut c.points.y_m),
+        ),
+        one(
+            "sign_of_vertical",
+            "with the vertical coordinate reversed",
+            "check the sign of z_m: positive is up, away from the rail",
+            |c| negate(&mut c.points.z_m),
+        ),
+        one(
+            "points_in_millimetres",
+            "with the points taken as millimetres",
+            "check the unit of y_m and z_m: they look like millimetres",
             |c| {
-                c.points.y_m.iter_mut().for_each(|y| *y = -*y);
+                let points = &mut c.points;
+                let all = points.y_m.iter_mut().chain(&mut points.z_m);
+                all.for_each(|value| *value *= 1e-3);
             },
         ),
+        one(
+            "profilers_exchanged",
+            "with the profilers in reverse order",
+            "check which profiler is which: they are numbered as in the survey file",
+            |c| {
+                let last = c.profilers.len().saturating_sub(1) as u32;
+                let all = c.points.profiler.iter_mut();
+                all.for_each(|profiler| *profiler = last.saturating_sub(*profiler));
+            },
+        ),
+    ]
+}
+
+fn of_table() -> Vec<(Alternative, Undo)> {
+    vec![
         one(
             "sign_of_table_heading",
             "with the table's turn about the vertical reversed",
             "check the sign of the table's heading: clockwise",
-            |c| {
-                c.table.heading_rad.iter_mut().for_each(|a| *a = -*a);
-            },
+            |c| negate(&mut c.table.heading_rad),
         ),
         one(
             "sign_of_table_pitch",
             "with the table's turn about the lateral axis reversed",
             "check the sign of the table's pitch: front up",
+            |c| negate(&mut c.table.pitch_rad),
+        ),
+        one(
+            "table_axes_exchanged",
+            "with the table's two turns exchanged",
+            "check the order of the table's columns heading and pitch",
+            |c| std::mem::swap(&mut c.table.heading_rad, &mut c.table.pitch_rad),
+        ),
+        one(
+            "table_in_radians",
+            "with the table's angles taken as radians",
+            "the table's angles look like radians: give degrees",
             |c| {
-                c.table.pitch_rad.iter_mut().for_each(|a| *a = -*a);
+                to_degrees(&mut c.table.heading_rad);
+                to_degrees(&mut c.table.pitch_rad);
+            },
+        ),
+    ]
+}
+
+fn of_ins() -> Vec<(Alternative, Undo)> {
+    vec![
+        one(
+            "sign_of_ins_roll",
+            "with the sign of the INS' roll reversed",
+            "check the sign of the INS' roll: positive is starboard down",
+            |c| negate(&mut c.attitude.roll_rad),
+        ),
+        one(
+            "sign_of_ins_pitch",
+            "with the sign of the INS' pitch reversed",
+            "check the sign of the INS' pitch: positive is bow up",
+            |c| negate(&mut c.attitude.pitch_rad),
+        ),
+        one(
+            "sign_of_ins_heading",
+            "with the sign of the INS' heading reversed",
+            "check the sign of the INS' heading: clockwise",
+            |c| negate(&mut c.attitude.heading_rad),
+        ),
+        one(
+            "ins_roll_and_pitch_exchanged",
+            "with the INS' roll and pitch exchanged",
+            "check the order of the INS' columns roll and pitch",
+            |c| std::mem::swap(&mut c.attitude.roll_rad, &mut c.attitude.pitch_rad),
+        ),
+        one(
+            "ins_in_radians",
+            "with the INS' angles taken as radians",
+            "the INS' angles look like radians: give degrees",
+            |c| {
+                let a = &mut c.attitude;
+                for angles in [&mut a.roll_rad, &mut a.pitch_rad, &mut a.heading_rad] {
+                    to_degrees(angles);
+                }
             },
         ),
     ]

@@ -97,8 +97,8 @@ pub fn calibrate<'a>(input: &RailInput<'a>) -> RailOutcome<'a> {
         }),
         _ => None,
     };
-    let mistake = match (&refused, &by_joint) {
-        (Some(_), Some(Ok(joint))) => judge::named(input, joint),
+    let mistake = match &by_joint {
+        Some(Ok(joint)) if refused.is_some() || judge::is_thin(joint) => judge::named(input, joint),
         _ => None,
     };
     let refusal = mistake

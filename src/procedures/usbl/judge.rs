@@ -10,6 +10,8 @@
 //! | scale of roll and pitch, and what each takes from the other | `roll t . y`, `pitch t . x'`, `pitch t . y`, `roll t . x'` |
 //! | scale of heading | `heading a . up`, clockwise |
 
+use std::f64::consts::PI;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::UsblInput;
@@ -178,6 +180,7 @@ impl Case<'_> {
     pub(super) fn heard(&self, problem: &Problem) -> Result<Doubted, AdjustError> {
         let doubted = self.doubts(problem)?;
         let mut findings = doubted.findings;
+        findings.extend(self.beacons(self.config)); // they explain a share that is too small
         let all = Share {
             name: "fixes of common beacons".to_owned(),
             candidates: self.scene.common.len(),
@@ -189,7 +192,6 @@ impl Case<'_> {
         findings.extend(fit::whole(&whole, self.config));
         findings.extend(fit::parts(&parts, self.config));
         findings.extend(size(&self.correction(), self.config));
-        findings.extend(self.beacons(self.config));
         Ok(Doubted {
             findings: accepted(findings, self.config),
             bounds: doubted.bounds,
@@ -279,7 +281,7 @@ impl Case<'_> {
         correction(&found, self.scene)
     }
 
-    /// Beacons most of whose fixes were rejected.
+    /// Beacons many of whose fixes were rejected.
     fn beacons(&self, config: &VerdictConfig) -> Vec<Finding> {
         let fixes = &self.scene.campaign.fixes;
         let of = |rows: &[u32], beacon: u32| {
@@ -289,7 +291,7 @@ impl Case<'_> {
         };
         let one = |beacon: u32| {
             let (all, used) = (of(&self.scene.common, beacon), of(self.used, beacon));
-            let few = (used as f64) < config.least_share * all as f64;
+            let few = (used as f64) < config.good_share * all as f64;
             few.then(|| {
                 let name = &self.scene.campaign.beacons[beacon as usize].point.name;
                 let seen = if used == 0 {
@@ -298,7 +300,7 @@ impl Case<'_> {
                     format!("{} of {all} fixes of beacon {name} disagree with the rest and were rejected", all - used)
                 };
                 let advice = "has the beacon moved, or are its coordinates wrong? Survey it again, or give it the role check";
-                let threshold = format!("{:.0} % of a beacon's fixes", 100.0 * config.least_share);
+                let threshold = format!("{:.0} % of a beacon's fixes", 100.0 * config.good_share);
                 Finding::new("beacon", Severity::Finding, seen, threshold, advice)
             })
         };
@@ -321,6 +323,11 @@ fn correction(found: &Matrix3<f64>, scene: &Scene) -> Correction {
 }
 
 impl JointOutcome {
+    /// Weighted squares of everything, where it was judged.
+    fn squares(&self) -> Option<f64> {
+        self.judgement.as_ref().map(|j| j.quality.global.omega)
+    }
+
     fn tried(&self, scene: &Scene, config: &VerdictConfig) -> Tried {
         Tried {
             share: self.used.len() as f64 / scene.common.len().max(1) as f64,
@@ -338,107 +345,288 @@ impl JointOutcome {
 pub fn named(input: &UsblInput, scene: &Scene, as_given: Option<&JointOutcome>) -> Option<Finding> {
     let config = &input.joint.verdict;
     let given = as_given.map_or(Tried::default(), |joint| joint.tried(scene, config));
-    let tried: Vec<(Alternative, Tried)> = mistakes()
+    let mut all = of_attitude();
+    all.extend(of_fixes());
+    all.extend(of_noise());
+    all.extend(of_layout(scene));
+    all.extend(of_names(scene));
+    let tried: Vec<(Alternative, Tried)> = all
         .into_iter()
-        .filter_map(|(alternative, undo)| {
-            let mut campaign = input.campaign.clone();
-            undo(&mut campaign);
-            let scene = Scene::new(&campaign).ok()?;
-            let found = joint::run(&scene, &input.joint).ok()??;
-            Some((alternative, found.tried(&scene, config)))
+        .filter_map(|mistake| {
+            let tried = mistake.undone(input, |scene, found| found.tried(scene, config))?;
+            Some((mistake.alternative, tried))
         })
         .collect();
     best(&given, &tried, "the fixes of common beacons")
 }
 
-type Undo = fn(&mut UsblCampaign);
+/// Weighted squares by which a survey must fit better without a mistake for that to be named: a likelihood ratio of ninety.
+const CLEARLY: f64 = 9.0;
 
-fn mistakes() -> Vec<(Alternative, Undo)> {
-    let one = |code, words: &str, advice, undo: Undo| (Alternative::new(code, words, advice), undo);
+/// Names a mistake of the attitude's signs or order without which a survey that fits fits still better. On a boat nearly at rest the
+/// mounting takes up all of it but the boat's little motion.
+#[must_use]
+pub fn preferred(input: &UsblInput, as_given: &JointOutcome) -> Option<Finding> {
+    let config = &input.joint.verdict;
+    if config.accept.iter().any(|code| code == "attitude_scale") {
+        return None;
+    }
+    let given = as_given.squares()?;
+    let gain = |mistake: &Mistake| {
+        let squares = |scene: &Scene, found: JointOutcome| {
+            let comparable = found.used.len() >= as_given.used.len();
+            let plausible = size(&correction(&found.rotation, scene), config).is_none();
+            found.squares().filter(|_| comparable && plausible)
+        };
+        mistake
+            .undone(input, squares)?
+            .map(|squares| given - squares)
+    };
+    let gains = of_signs().into_iter().filter_map(|mistake| {
+        let gain = gain(&mistake)?;
+        Some((mistake.alternative, gain))
+    });
+    let (alternative, gain) = gains.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (gain > CLEARLY).then(|| {
+        Finding::new(
+            alternative.code,
+            Severity::Refuses,
+            format!(
+                "{} the survey fits better, by {gain:.0} in the weighted squares",
+                alternative.words
+            ),
+            format!("{CLEARLY} in the weighted squares"),
+            alternative.advice,
+        )
+    })
+}
+
+/// A mistake and how it is undone.
+struct Mistake {
+    alternative: Alternative,
+    undo: Box<dyn Fn(&mut UsblCampaign)>,
+}
+
+impl Mistake {
+    fn new(
+        code: &'static str,
+        words: impl Into<String>,
+        advice: &'static str,
+        undo: impl Fn(&mut UsblCampaign) + 'static,
+    ) -> Self {
+        Self {
+            alternative: Alternative::new(code, words, advice),
+            undo: Box::new(undo),
+        }
+    }
+
+    /// What comes of the joint path without the mistake, where it comes to an end.
+    fn undone<T>(
+        &self,
+        input: &UsblInput,
+        then: impl FnOnce(&Scene, JointOutcome) -> T,
+    ) -> Option<T> {
+        let mut campaign = input.campaign.clone();
+        (self.undo)(&mut campaign);
+        let scene = Scene::new(&campaign).ok()?;
+        let found = joint::run(&scene, &input.joint).ok()??;
+        Some(then(&scene, found))
+    }
+}
+
+/// Signs and order of the attitude, which a boat at rest hides best.
+fn of_signs() -> Vec<Mistake> {
     vec![
-        one(
-            "attitude_in_radians",
-            "with roll, pitch and heading taken as radians",
-            "roll, pitch and heading look like radians: the attitude in radians is read as degrees",
-            |c| {
-                turned(c, |(roll, pitch, heading)| {
-                    (roll.to_degrees(), pitch.to_degrees(), heading.to_degrees())
-                });
-            },
-        ),
-        one(
+        Mistake::new(
             "sign_of_roll",
             "with the sign of roll reversed",
             "check the sign of roll: positive is starboard down",
-            |c| {
-                turned(c, |(roll, pitch, heading)| (-roll, pitch, heading));
-            },
+            |c| turned(c, |(roll, pitch, heading)| (-roll, pitch, heading)),
         ),
-        one(
+        Mistake::new(
             "sign_of_pitch",
             "with the sign of pitch reversed",
             "check the sign of pitch: positive is bow up",
-            |c| {
-                turned(c, |(roll, pitch, heading)| (roll, -pitch, heading));
-            },
+            |c| turned(c, |(roll, pitch, heading)| (roll, -pitch, heading)),
         ),
-        one(
+        Mistake::new(
+            "signs_of_roll_and_pitch",
+            "with the signs of roll and pitch reversed",
+            "check the signs of roll (positive is starboard down) and pitch (positive is bow up)",
+            |c| turned(c, |(roll, pitch, heading)| (-roll, -pitch, heading)),
+        ),
+        Mistake::new(
             "sign_of_heading",
             "with the sign of heading reversed",
             "check the sign of heading: clockwise from north",
-            |c| {
-                turned(c, |(roll, pitch, heading)| (roll, pitch, -heading));
-            },
+            |c| turned(c, |(roll, pitch, heading)| (roll, pitch, -heading)),
         ),
-        one(
+        Mistake::new(
             "roll_and_pitch_exchanged",
             "with roll and pitch exchanged",
             "check the order of the columns roll and pitch",
-            |c| {
-                turned(c, |(roll, pitch, heading)| (pitch, roll, heading));
-            },
+            |c| turned(c, |(roll, pitch, heading)| (pitch, roll, heading)),
         ),
-        one(
+    ]
+}
+
+/// Everything that can be wrong with the attitude.
+fn of_attitude() -> Vec<Mistake> {
+    let mut all = of_signs();
+    all.push(Mistake::new(
+        "attitude_in_radians",
+        "with roll, pitch and heading taken as radians",
+        "roll, pitch and heading look like radians: the attitude in radians is read as degrees",
+        |c| {
+            turned(c, |(roll, pitch, heading)| {
+                (roll.to_degrees(), pitch.to_degrees(), heading.to_degrees())
+            });
+        },
+    ));
+    all.push(Mistake::new(
+        "heading_turned",
+        "with the heading turned by 180 deg",
+        "the heading is that of the stern: turn it, or state [transducer] mounting_deg heading = 180 where the transducer sits so",
+        |c| turned(c, |(roll, pitch, heading)| (roll, pitch, heading + PI)),
+    ));
+    all
+}
+
+/// Axes and units of the fixes.
+fn of_fixes() -> Vec<Mistake> {
+    vec![
+        Mistake::new(
             "sign_of_x",
             "with the fixes' x reversed",
             "check the fixes' axes: x is right",
-            |c| {
-                c.fixes.direction.iter_mut().for_each(|d| d.x = -d.x);
-            },
+            |c| c.fixes.direction.iter_mut().for_each(|d| d.x = -d.x),
         ),
-        one(
+        Mistake::new(
             "sign_of_y",
             "with the fixes' y reversed",
             "check the fixes' axes: y is forward",
-            |c| {
-                c.fixes.direction.iter_mut().for_each(|d| d.y = -d.y);
-            },
+            |c| c.fixes.direction.iter_mut().for_each(|d| d.y = -d.y),
         ),
-        one(
+        Mistake::new(
             "axes_exchanged",
             "with the fixes' x and y exchanged",
             "check the fixes' axes: x is right, y is forward",
-            |c| {
-                c.fixes.direction.iter_mut().for_each(|d| d.swap_rows(0, 1));
-            },
+            |c| c.fixes.direction.iter_mut().for_each(|d| d.swap_rows(0, 1)),
         ),
-        one(
+        Mistake::new(
+            "angles_in_gon",
+            "with the angles taken as gon",
+            "the angles look like gon: give degrees",
+            |c| c.fixes.direction.iter_mut().for_each(from_gon),
+        ),
+        Mistake::new(
             "two_way_time",
             "with the travel times halved",
             "the travel times look like two-way times",
-            |c| {
-                c.fixes.travel_time_s.iter_mut().for_each(|t| *t *= 0.5);
-            },
+            |c| c.fixes.travel_time_s.iter_mut().for_each(|t| *t *= 0.5),
         ),
-        one(
+        Mistake::new(
             "half_time",
             "with the travel times doubled",
             "the travel times are half as long as they fit",
-            |c| {
-                c.fixes.travel_time_s.iter_mut().for_each(|t| *t *= 2.0);
-            },
+            |c| c.fixes.travel_time_s.iter_mut().for_each(|t| *t *= 2.0),
+        ),
+        Mistake::new(
+            "time_in_milliseconds",
+            "with the travel times taken as milliseconds",
+            "the travel times look like milliseconds: give seconds",
+            |c| c.fixes.travel_time_s.iter_mut().for_each(|t| *t *= 1e-3),
         ),
     ]
+}
+
+/// A direction whose two angles to the axes were read as degrees and are gon.
+fn from_gon(direction: &mut Vector3<f64>) {
+    const GON: f64 = 0.9;
+    let [x, y] = [direction.x, direction.y].map(|cosine| (GON * cosine.acos()).cos());
+    let down = (1.0 - x * x - y * y).max(0.0).sqrt();
+    *direction = Vector3::new(x, y, direction.z.signum() * down);
+}
+
+/// Noise stated far too small.
+fn of_noise() -> Vec<Mistake> {
+    vec![
+        Mistake::new(
+            "angle_noise",
+            "with ten times the stated noise of the angles",
+            "the angles' noise is about ten times the stated one: check [fixes] angle_sigma_deg",
+            |c| c.fixes.noise.angle_rad *= 10.0,
+        ),
+        Mistake::new(
+            "range_noise",
+            "with ten times the stated noise of the ranges",
+            "the ranges' noise is about ten times the stated one: check [fixes] range_sigma_m",
+            |c| c.fixes.noise.range_m *= 10.0,
+        ),
+    ]
+}
+
+/// Travel times all too long or too short by as much, against those between the surveyed places.
+fn of_layout(scene: &Scene) -> Option<Mistake> {
+    let fixes = &scene.campaign.fixes;
+    let late = |fix: &u32| {
+        let beacon = &scene.campaign.beacons[fixes.beacon[*fix as usize] as usize];
+        let place = &scene.campaign.transducer.position_m;
+        let ray = scene.ray(place, &beacon.point.position_m).ok()?;
+        Some(fixes.travel_time_s[*fix as usize] - ray.time_s)
+    };
+    let mut late_s: Vec<f64> = scene.common.iter().filter_map(late).collect();
+    late_s.sort_by(f64::total_cmp);
+    let late_s = *late_s.get(late_s.len() / 2)?;
+    let shortest = fixes.travel_time_s.iter().copied().fold(f64::MAX, f64::min);
+    (late_s < shortest).then(|| {
+        Mistake::new(
+            "range_offset",
+            format!(
+                "with the ranges {:.3} m {}",
+                (late_s * fixes.speed_m_s).abs(),
+                if late_s > 0.0 { "shorter" } else { "longer" }
+            ),
+            "check the transponders' turn-around time ([fixes] turnaround_s) and the sound speed",
+            move |c| c.fixes.travel_time_s.iter_mut().for_each(|t| *t -= late_s),
+        )
+    })
+}
+
+/// Beacons whose exchange for each other is tried at the most.
+const MOST_BEACONS: usize = 6;
+
+/// Two beacons whose names are exchanged.
+fn of_names(scene: &Scene) -> Vec<Mistake> {
+    let beacons = scene.common_beacons();
+    let name = |beacon: u32| scene.campaign.beacons[beacon as usize].point.name.as_str();
+    let pair = |a: u32, b: u32| {
+        Mistake::new(
+            "beacons_exchanged",
+            format!("with beacons {} and {} exchanged", name(a), name(b)),
+            "check which beacon answers by which name, and the control file",
+            move |c| {
+                c.fixes
+                    .beacon
+                    .iter_mut()
+                    .for_each(|x| *x = other_of((a, b), *x));
+            },
+        )
+    };
+    let firsts = beacons.iter().take(MOST_BEACONS).enumerate();
+    let pairs = firsts.flat_map(|(i, a)| {
+        let seconds = beacons.iter().take(MOST_BEACONS).skip(i + 1);
+        seconds.map(move |b| pair(*a, *b))
+    });
+    pairs.collect()
+}
+
+fn other_of((a, b): (u32, u32), beacon: u32) -> u32 {
+    match beacon {
+        x if x == a => b,
+        x if x == b => a,
+        x => x,
+    }
 }
 
 /// Roll, pitch and heading, radians.

@@ -83,11 +83,14 @@ pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError
         (None, failed.map(Refusal::of_reference))
     } else {
         let (joint, refused) = solved_jointly(&scene, &input.joint);
-        let explained = refused
-            .as_ref()
-            .filter(|refusal| !refusal.is_of_layout())
-            .and_then(|_| judge::named(input, &scene, joint.as_ref()))
-            .map(|finding| Refusal::DoesNotFit(Box::new(finding)));
+        let explained = match (&refused, &joint) {
+            (Some(refusal), _) if refusal.is_of_layout() => None,
+            (Some(_), _) => judge::named(input, &scene, joint.as_ref())
+                .or_else(|| judge::preferred(input, joint.as_ref()?)),
+            (None, Some(joint)) => judge::preferred(input, joint),
+            (None, None) => None,
+        };
+        let explained = explained.map(|finding| Refusal::DoesNotFit(Box::new(finding)));
         (joint, explained.or(refused))
     };
     let determined = refusal.as_ref().is_none_or(|r| !r.is_of_layout());

@@ -1,5 +1,6 @@
 //! A USBL survey file and every file that it names, composed into a campaign.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Vector3};
@@ -151,6 +152,7 @@ fn compose(
     };
     let (transducer, beacons) = control(&file, &contents.control, &paths, &mut problems);
     let fixes_read = contents.fixes.time_s.len();
+    let repeats = repeated(&contents.fixes);
     let attitude = attitude(&file, &contents.attitude);
     let speed = speeds(
         &file,
@@ -187,7 +189,11 @@ fn compose(
         datum: file.control.datum(),
     };
     Ok(LoadedUsbl {
-        notes: notes(&file, &contents.attitude.time_s, (dropped, fixes_read)),
+        notes: notes(
+            &file,
+            &contents.attitude.time_s,
+            (dropped, repeats, fixes_read),
+        ),
         file,
         campaign,
         inputs,
@@ -367,7 +373,11 @@ fn fixes(
         noise: file.fixes.noise(),
     };
     let (mut unknown, mut outside): (Vec<&str>, Vec<(usize, String)>) = (vec![], vec![]);
+    let mut seen = HashSet::new();
     for (k, name) in records.beacon.iter().enumerate() {
+        if !seen.insert(exactly(records, k)) {
+            continue;
+        }
         let time_s = records.time_s[k] + file.fixes.time_offset_s;
         let Some(beacon) = beacons.iter().position(|b| b.point.name == *name) else {
             unknown.push(name);
@@ -393,6 +403,20 @@ fn fixes(
         problems.extend(without_attitude(&outside, paths));
     }
     (out, outside.len())
+}
+
+/// All that a row says, to the bit.
+fn exactly(records: &FixRecords, k: usize) -> (&str, [u64; 5]) {
+    let d = &records.direction[k];
+    let values = [records.time_s[k], records.range[k], d.x, d.y, d.z];
+    (&records.beacon[k], values.map(f64::to_bits))
+}
+
+/// Rows that repeat an earlier one: they carry the information of one.
+fn repeated(records: &FixRecords) -> usize {
+    let all = 0..records.time_s.len();
+    let different: HashSet<_> = all.clone().map(|k| exactly(records, k)).collect();
+    all.len() - different.len()
 }
 
 /// One-way travel time of a row, seconds.
@@ -425,8 +449,17 @@ fn without_attitude(outside: &[(usize, String)], paths: &Paths) -> Option<Proble
     Some(Problem::new(&paths.fixes, place, found, expected))
 }
 
-fn notes(file: &UsblFile, attitude_s: &[f64], (dropped, read): (usize, usize)) -> Vec<String> {
+fn notes(
+    file: &UsblFile,
+    attitude_s: &[f64],
+    (dropped, repeats, read): (usize, usize, usize),
+) -> Vec<String> {
     let mut notes = Vec::from_iter(week::passed("attitude record", attitude_s));
+    if repeats > 0 {
+        notes.push(format!(
+            "{repeats} of {read} fixes are repeated (same beacon, time and values); each was used once"
+        ));
+    }
     if dropped > 0 {
         notes.push(format!(
             "{dropped} of {read} fixes were dropped: the attitude record does not cover them"
