@@ -1,4 +1,5 @@
-//! Text tables for the terminal: a line above, below and under the header, none between rows.
+//! Text tables for the terminal: a line above, below and under the header, none between rows. A table that is too wide for 80 columns
+//! is first set closer, then cut into several below one another that repeat the columns of text.
 //!
 //! ```
 //! let mut table = boresight::ruled::Ruled::new(["parameter", "value"]);
@@ -8,6 +9,9 @@
 
 use std::fmt;
 use std::ops::Range;
+
+/// Widest line, columns.
+pub const WIDTH: usize = 80;
 
 /// A table of columns with text, aligned left, and columns with numbers, aligned right.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,43 +61,87 @@ impl Ruled {
         (0..columns).map(widest).collect()
     }
 
-    /// One row as a line, without blanks at its end.
-    fn line(&self, row: &[String], widths: &[usize]) -> String {
-        let cells = widths.iter().enumerate().map(|(k, &width)| {
+    /// Some columns of one row as a line, without blanks at its end.
+    fn line(&self, row: &[String], set: &Setting<'_>) -> String {
+        let cells = set.columns.iter().map(|&k| {
             let cell = row.get(k).map_or("", String::as_str);
-            let blank = " ".repeat(width - length(cell));
+            let blank = " ".repeat(set.widths[k] - length(cell));
             if self.numbers.contains(&k) {
-                format!(" {blank}{cell} ")
+                format!(" {blank}{cell}{}", set.gap)
             } else {
-                format!(" {cell}{blank} ")
+                format!(" {cell}{blank}{}", set.gap)
             }
         });
-        let line = cells.collect::<Vec<_>>().join(" ");
+        let line = cells.collect::<String>();
         line.trim_end().to_owned()
     }
+
+    /// The columns of each part: all in one where they fit, else as many as fit beside the leading columns of text.
+    fn parts(&self, widths: &[usize], gap: &str) -> Vec<Vec<usize>> {
+        let all: Vec<usize> = (0..widths.len()).collect();
+        if total(widths, &all, gap) <= WIDTH {
+            return vec![all];
+        }
+        let leading = self.numbers.start.min(widths.len());
+        let first: Vec<usize> = (0..leading).collect();
+        let mut parts = vec![first.clone()];
+        for column in leading..widths.len() {
+            let last = parts.last_mut().expect("there is a part");
+            last.push(column);
+            if last.len() > leading + 1 && total(widths, last, gap) > WIDTH {
+                last.pop();
+                parts.push(first.iter().copied().chain([column]).collect());
+            }
+        }
+        parts
+    }
+
+    /// One part as a table.
+    fn part(&self, set: &Setting<'_>) -> String {
+        let wide = total(set.widths, set.columns, set.gap);
+        let thin = "─".repeat(wide);
+        let mut lines = vec![thin.clone(), self.line(&self.header, set), "═".repeat(wide)];
+        lines.extend(self.rows.iter().map(|row| self.line(row, set)));
+        lines.push(thin);
+        lines.join("\n")
+    }
+}
+
+/// How a part of a table is set.
+struct Setting<'a> {
+    widths: &'a [usize],
+    columns: &'a [usize],
+    gap: &'a str,
 }
 
 fn length(cell: &str) -> usize {
     cell.chars().count()
 }
 
-/// A ruler through all columns.
-fn ruler(widths: &[usize], mark: &str) -> String {
-    let total: usize = widths.iter().map(|width| width + 3).sum();
-    mark.repeat(total.saturating_sub(1))
+/// Characters of a line through these columns.
+fn total(widths: &[usize], columns: &[usize], gap: &str) -> usize {
+    let all = columns.iter().map(|&k| widths[k] + 1 + gap.len());
+    (all.sum::<usize>() + 1).saturating_sub(gap.len())
 }
 
 impl fmt::Display for Ruled {
     /// Without a newline at the end.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let widths = self.widths();
-        let thin = ruler(&widths, "─");
-        writeln!(f, "{thin}\n{}", self.line(&self.header, &widths))?;
-        writeln!(f, "{}", ruler(&widths, "═"))?;
-        for row in &self.rows {
-            writeln!(f, "{}", self.line(row, &widths))?;
-        }
-        write!(f, "{thin}")
+        let all: Vec<usize> = (0..widths.len()).collect();
+        let fits = |gap: &str| total(&widths, &all, gap) <= WIDTH;
+        let gap = if fits("  ") { "  " } else { " " };
+        let parts = self.parts(&widths, gap);
+        let set = |columns: &Vec<usize>| {
+            let (widths, columns) = (&widths[..], &columns[..]);
+            self.part(&Setting {
+                widths,
+                columns,
+                gap,
+            })
+        };
+        let texts: Vec<String> = parts.iter().map(set).collect();
+        write!(f, "{}", texts.join("\n"))
     }
 }
 
@@ -114,5 +162,16 @@ mod tests {
         let mut ends = Ruled::new(["a", "b", "c"]).numbers(1..2);
         ends.row(["x", "1", "words"]);
         assert!(ends.to_string().contains(" x   1   words"));
+    }
+
+    #[test]
+    fn a_table_too_wide_is_cut_and_its_names_repeated() {
+        let heads = ["name"].into_iter().chain(["a long head of a column"; 5]);
+        let mut table = Ruled::new(heads);
+        table.row(["roll", "1", "2", "3", "4", "5"]);
+        let text = table.to_string();
+        assert!(text.lines().all(|l| length(l) <= WIDTH), "{text}");
+        assert_eq!(text.matches(" roll").count(), 3, "{text}");
+        assert_eq!(text.matches("a long head").count(), 5, "{text}");
     }
 }

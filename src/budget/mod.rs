@@ -24,8 +24,11 @@ mod toy;
 
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use crate::calibrate::tried::Tried;
-use crate::results::BudgetResult;
+use crate::calibrate::vary::{Point, VaryError};
+use crate::results::{BudgetResult, Sweep, SweepPoint};
 use experiment::Experiment;
 use ledger::LedgerError;
 
@@ -61,6 +64,33 @@ pub fn budget(
     }
     result.swath = tried.swath(known, depths_m);
     Ok(result)
+}
+
+/// The budget at several values by propagation, on all cores: no trials, the RMS error of each path from its bias and covariance.
+///
+/// # Errors
+/// [`VaryError`]: an unknown key, or a value that makes the scenario impossible.
+pub fn propagated_sweep(tried: &dyn Tried, points: Vec<Point>) -> Result<Sweep, VaryError> {
+    let keys = points.first().map_or_else(Vec::new, |point| {
+        point.0.iter().map(|(key, _)| key.clone()).collect()
+    });
+    let varied: Result<Vec<_>, VaryError> = points
+        .into_iter()
+        .map(|point| tried.varied(&point).map(|there| (point, there)))
+        .collect();
+    let points = varied?
+        .par_iter()
+        .map(|(point, there)| SweepPoint {
+            values: point.0.iter().map(|(_, value)| value.plain()).collect(),
+            paths: predicted::statistics(&**there),
+            refusals: vec![],
+        })
+        .collect();
+    Ok(Sweep {
+        keys,
+        trials: 0,
+        points,
+    })
 }
 
 #[cfg(test)]

@@ -10,6 +10,9 @@ use crate::results::{Agreement, BudgetResult, Origin, PathBudget, PathStatistics
 /// Parts of a path's variance below this are not compared: what decides there is one tie more or less.
 const COMPARED: f64 = 1e-3;
 
+/// Usable trials below which their variance says less of a path than its derivatives do: one sigma of it is above a fifth.
+const TELLING: u64 = 50;
+
 /// Adds the analytic figures to a result that already has those of the trials, if there are any.
 pub fn add(result: &mut BudgetResult, tried: &dyn Tried, propagated: &Propagated) {
     let units: Vec<Unit> = tried.parameters().iter().map(|p| p.unit).collect();
@@ -34,6 +37,32 @@ pub fn add(result: &mut BudgetResult, tried: &dyn Tried, propagated: &Propagated
     }
     result.notes.extend(propagated.notes.iter().cloned());
     compare(result);
+}
+
+/// What propagation says of each path as figures of no trial: bias, standard deviation and RMS error.
+#[must_use]
+pub fn statistics(tried: &dyn Tried) -> Vec<PathStatistics> {
+    let units: Vec<Unit> = tried.parameters().iter().map(|p| p.unit).collect();
+    let Some(Ok(propagated)) = tried.propagated() else {
+        return vec![];
+    };
+    let of_path = |path: &PropagatedPath| {
+        let variance = diagonal(path);
+        let squares = variance.iter().zip(&path.bias);
+        let rms: Vec<f64> = squares.map(|(v, b)| (v.max(0.0) + b * b).sqrt()).collect();
+        PathStatistics {
+            path: path.name.to_owned(),
+            trials: 0,
+            usable: 0,
+            bias: shown(&units, &path.bias),
+            bias_standard_error: None,
+            standard_deviation: shown(&units, &deviations(&variance)),
+            standard_deviation_interval: None,
+            rms: shown(&units, &rms),
+            reported: None,
+        }
+    };
+    propagated.paths.iter().map(of_path).collect()
 }
 
 /// What every figure of a path refers to.
@@ -95,9 +124,10 @@ fn diagonal(budget: &PropagatedPath) -> Vec<f64> {
     budget.covariance.diagonal().iter().copied().collect()
 }
 
-/// In SI units and radians.
+/// In SI units and radians; `None` of too few trials.
 fn trials_variance(path: &PathBudget, units: &[Unit]) -> Option<Vec<f64>> {
-    let deviation = path.together.as_ref()?.standard_deviation.as_ref()?;
+    let together = path.together.as_ref().filter(|t| t.usable >= TELLING)?;
+    let deviation = together.standard_deviation.as_ref()?;
     let variance = |(sigma, unit): (&Option<f64>, &Unit)| match (sigma.unwrap_or(f64::NAN), unit) {
         (sigma, Unit::Radian) => sigma.to_radians() * sigma.to_radians(),
         (sigma, Unit::Metre | Unit::Second | Unit::One) => sigma * sigma,

@@ -9,6 +9,7 @@ use super::plan::Wanted;
 use crate::calibrate::choices::Method;
 use crate::calibrate::vary::Vary;
 use crate::procedures;
+use crate::report::Export;
 
 const ABOUT: &str = "Boresight angles and lever arms of survey sensors by least-squares adjustment, with standard deviations that hold";
 
@@ -31,13 +32,13 @@ const AFTER: &str = "\
 EXAMPLES
   boresight demo                   simulate, calibrate, report: no input needed
   boresight template pool          a survey file to fill in
-  boresight check survey.toml      is everything readable, what will it determine?
+  boresight check survey.toml      is all readable, what will it determine?
   boresight calibrate survey.toml  calibrate your own data by both paths
-  boresight calibrate survey.toml --json | jq .solutions.joint.parameters
+  boresight calibrate survey.toml --export sis
+                                   and a card of the values for Kongsberg SIS
   boresight apply survey.toml --calibration result.json --out cloud.laz
-  boresight budget scenario.toml --trials 1000
-                                   which error source costs how much?
-  boresight plan scenario.toml --distance 4,6,8
+  boresight budget demo            which error source costs how much?
+  boresight plan survey.toml --wanted yaw=0.01
                                    which pass to sail next, how many are needed?
 
 FILES
@@ -66,6 +67,10 @@ EXAMPLES
 
   What the errors claimed in a survey file do to its own calibration:
     boresight budget survey.toml
+
+  Is a drift of 5 mm small enough? By propagation, in seconds:
+    boresight budget demo \\
+      --vary trajectory.position_drift_sigma_m=0.001,0.002,0.005,0.01
 
   A scenario whose procedure has no propagation runs 200 trials of all sources
   and 50 of each alone unless you say otherwise:
@@ -115,9 +120,17 @@ HOW IT WORKS
   set of passes, without a single observation. The next pass is always the one
   that makes the criterion smallest.
 
+  Unless candidates are named, it tries half the nearest distance to twice the
+  farthest, the speeds of the passes and half of them, 10 deg more and less of
+  heading, and both ways. Where one more pass is enough, it takes the one that
+  is sailed quickest.
+
 EXAMPLES
-  The scenario's passes are sailed; which distance next, and how often?
-    boresight plan models/scenarios/single-pass.toml --distance 4,6,8,12
+  How many more passes for a yaw of 0.01 deg, and which?
+    boresight plan survey.toml --wanted yaw=0.01
+
+  With the built-in scenario, and only at these distances:
+    boresight plan demo --distance 4,6,8,12
 
   A survey from scratch, both ways and with a crab angle, to 0.02 deg and 5 mm:
     boresight plan scenario.toml --from-scratch --distance 5,9 \\
@@ -135,6 +148,8 @@ FILES WRITTEN
                   courses from above; one file, opens offline
   OUT/plan.json   every figure, with units in the names
   OUT/plan.csv    one row per candidate, chosen pass and value
+  OUT/plan.kml, OUT/plan.gpx, OUT/plan.geojson
+                  the passes sailed and to be sailed, for plotters and maps
 
 EXIT CODES
   0 planned, also where no number of passes reaches what is wanted (the plan
@@ -192,11 +207,11 @@ pub enum Command {
     Demo(Demo),
     /// Calibrate a survey
     #[command(
-        long_about = "Run the calibration that the survey file names and write result.json and report.html.\n\n\
+        long_about = "Run the calibration that the survey file names and write result.json, report.html and parameters.csv, which begin with the values to enter.\n\n\
         With --method both (the default) the joint path decides whether the result is usable; the reference path is compared with it."
     )]
     #[command(
-        after_long_help = "EXAMPLES\n  boresight calibrate survey.toml\n  boresight calibrate survey.toml --method joint --out run1\n\n\
+        after_long_help = "EXAMPLES\n  boresight calibrate survey.toml\n  boresight calibrate survey.toml --method joint --out run1\n  boresight calibrate survey.toml --export sis,latex\n\n\
         EXIT CODES\n  0 usable, 1 no usable result (written with usable: false), 2 bad input (nothing written)"
     )]
     Calibrate(Calibrate),
@@ -206,7 +221,7 @@ pub enum Command {
         leaves the numbers of the others as they were."
     )]
     #[command(
-        after_long_help = "EXAMPLE\n  boresight simulate models/scenarios/three-pass.toml --out sim --seed 5\n  boresight calibrate sim/survey.toml"
+        after_long_help = "EXAMPLE\n  boresight simulate demo --out sim\n  boresight calibrate sim/survey.toml"
     )]
     Simulate(Simulate),
     /// Georeference a survey's soundings and returns with a calibration
@@ -215,6 +230,7 @@ pub enum Command {
         one LAS or LAZ file: GPS time kept, point source id 1 for the laser scanner, 2 for the multibeam."
     )]
     #[command(
+        override_usage = "boresight apply [OPTIONS] <SURVEY.toml> --calibration <RESULT.json>\n         --out <FILE.laz>",
         after_long_help = "EXAMPLE\n  boresight apply survey.toml --calibration result.json --out cloud.laz --coordinates utm"
     )]
     Apply(Apply),
@@ -261,10 +277,11 @@ pub enum Command {
         after_long_help = BUDGET_AFTER
     )]
     Budget(Budget),
-    /// Find out without data which pass to sail next, and how many are needed
+    /// Find out which pass to sail next, and how many are needed
     #[command(
-        long_about = "Predict, from a scenario and without any data, the standard deviations of angles and lever arm after candidate \
-        passes, choose which to sail next, and say how many are needed for a wanted accuracy, or that no number is enough.",
+        long_about = "Predict the standard deviations of angles and lever arm after candidate passes, choose which to sail next, and say \
+        how many are needed for a wanted accuracy, or that no number is enough. From a scenario without any data, or from a pool \
+        survey that was sailed.",
         after_long_help = PLAN_AFTER
     )]
     Plan(Plan),
@@ -320,9 +337,50 @@ pub struct Calibrate {
     /// Folder to write into [default: named after the survey]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
+    /// Also write the values to enter in these forms, separated by commas
+    #[arg(long, value_enum, value_name = "FORM,...", value_delimiter = ',')]
+    pub export: Vec<ExportName>,
     /// Seed of the calibration's random samples, where it draws any [default: 1]
     #[arg(long)]
     pub seed: Option<u64>,
+}
+
+/// Forms of the values to enter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ExportName {
+    /// table.tex, a table for a paper
+    Latex,
+    /// card.csv, the values to enter and nothing else
+    Csv,
+    /// card-hvf.txt, for a CARIS vessel file
+    HvfCard,
+    /// card-qimera.txt, for QPS Qinsy and Qimera
+    Qimera,
+    /// card-sis.txt, for Kongsberg SIS
+    Sis,
+    /// card-applanix.txt, for an Applanix POS MV
+    Applanix,
+    /// card-novatel.txt, for NovAtel SPAN and Inertial Explorer
+    Novatel,
+    /// Every form
+    All,
+}
+
+impl ExportName {
+    /// The forms it stands for.
+    pub fn forms(self) -> Vec<Export> {
+        let one = match self {
+            Self::Latex => Export::Latex,
+            Self::Csv => Export::Csv,
+            Self::HvfCard => Export::Hvf,
+            Self::Qimera => Export::Qimera,
+            Self::Sis => Export::Sis,
+            Self::Applanix => Export::Applanix,
+            Self::Novatel => Export::Novatel,
+            Self::All => return Export::ALL.to_vec(),
+        };
+        vec![one]
+    }
 }
 
 /// `compare`.
@@ -372,7 +430,7 @@ impl From<MethodName> for Method {
 /// `simulate`.
 #[derive(Debug, Args)]
 pub struct Simulate {
-    /// Scenario file
+    /// Scenario file; demo, demo-usbl, demo-rail, demo-seabed: the built-in one, written beside OUT as scenario.toml to be changed
     #[arg(value_name = "SCENARIO.toml", value_hint = ValueHint::FilePath)]
     pub scenario: PathBuf,
     /// Folder to write into
@@ -453,9 +511,9 @@ pub struct Info {
 }
 
 /// `budget`.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct Budget {
-    /// Scenario file, or a survey file: then what its claimed errors do to its own calibration, without trials
+    /// Scenario file, or demo; or a survey file: then what its claimed errors do to its own calibration, without trials
     #[arg(value_name = "SCENARIO-or-SURVEY.toml", value_hint = ValueHint::FilePath)]
     pub scenario: PathBuf,
     /// Simulated surveys with all error sources together
@@ -467,8 +525,9 @@ pub struct Budget {
     /// First seed; the others follow it
     #[arg(long, value_name = "FIRST", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=(1 << 62)))]
     pub seed: u64,
-    /// A scenario value over a range, KEY=from:to:step or KEY=a,b,c, with N trials at each; once or twice
-    #[arg(long, value_name = "KEY=VALUES", requires = "trials")]
+    /// A scenario value over a range, KEY=from:to:step or KEY=a,b,c; with N trials at each, without --trials by propagation; once or
+    /// twice
+    #[arg(long, value_name = "KEY=VALUES")]
     pub vary: Vec<Vary>,
     /// Depths below the sonar at which uncertainty across the swath is shown, metres
     #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive, default_values_t = crate::budget::DEPTHS_M)]
@@ -484,16 +543,16 @@ pub struct Budget {
 /// `plan`.
 #[derive(Debug, Args)]
 pub struct Plan {
-    /// Scenario file; its passes count as sailed
-    #[arg(value_name = "SCENARIO.toml", value_hint = ValueHint::FilePath)]
+    /// Scenario or survey file, its passes count as sailed; or demo
+    #[arg(value_name = "SCENARIO-or-SURVEY.toml", value_hint = ValueHint::FilePath)]
     pub scenario: PathBuf,
-    /// Distances of candidate passes from the wall, metres [default: those of the scenario's passes]
+    /// Distances of candidate passes from the wall, metres
     #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive)]
     pub distance: Vec<f64>,
-    /// Speeds of candidate passes, m/s [default: those of the scenario's passes]
+    /// Speeds of candidate passes, m/s
     #[arg(long, value_name = "M/S,...", value_delimiter = ',', value_parser = positive)]
     pub speed: Vec<f64>,
-    /// Heading minus course of candidate passes, degrees [default: those of the scenario's passes]
+    /// Heading minus course of candidate passes, degrees
     #[arg(long, value_name = "DEG,...", value_delimiter = ',', value_parser = below_a_right_angle, allow_hyphen_values = true)]
     pub crab: Vec<f64>,
     /// Sail every candidate the other way as well

@@ -6,11 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use super::Ending;
 use super::args::Budget;
 use super::calibrate::folder_of;
+use super::demo::demo_or;
 use super::error::CliError;
 use super::out::tried as writable;
 use super::talk::Talk;
 use crate::budget::experiment::{Ended, Experiment};
-use crate::budget::{DEPTHS_M, budget};
+use crate::budget::{DEPTHS_M, budget, propagated_sweep};
 use crate::calibrate::seam::Settings;
 use crate::calibrate::tried::{Tried, name_of};
 use crate::calibrate::vary::points;
@@ -34,6 +35,11 @@ static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Runs the command.
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
+    let scenario = demo_or(&args.scenario, "budget", args.out.as_deref(), talk)?;
+    let args = &Budget {
+        scenario,
+        ..args.clone()
+    };
     talk.step(&format!("reading {}", args.scenario.display()));
     let procedure = procedures::of_file(&args.scenario)?;
     if !read_text(&args.scenario).is_ok_and(|text| is_survey(&text)) {
@@ -72,6 +78,10 @@ fn of(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliError>
     }
     let done = experiment.as_ref().map(|e| (e, trials_folder.as_path()));
     let mut result = budget(tried, done, &args.depth, &|step| talk.step(step))?;
+    if experiment.is_none() && !args.vary.is_empty() {
+        talk.step("propagating at every value");
+        result.sweep = Some(propagated_sweep(tried, points(&args.vary))?);
+    }
     result.command = command(args);
     written(&result, &folder, talk)
 }

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::Ending;
-use super::args::Calibrate;
+use super::args::{Calibrate, ExportName};
 use super::error::CliError;
 use super::out::{RESULT_FILES, tried};
 use super::talk::Talk;
 use crate::calibrate::seam::{Finished, Settings};
 use crate::procedures;
-use crate::report;
+use crate::report::{self, Export};
 
 /// Runs the command.
 pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
@@ -23,10 +23,24 @@ pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
     settings.fit(procedure)?;
     let survey = procedure.read(&args.survey)?;
     let folder = args.out.clone().unwrap_or_else(|| folder_of(survey.name()));
-    tried(&folder, &RESULT_FILES)?;
+    let exports = exports(&args.export);
+    let files = RESULT_FILES.into_iter();
+    let files: Vec<&str> = files.chain(exports.iter().map(|e| e.file_name())).collect();
+    tried(&folder, &files)?;
     let finished = survey.calibrate(&settings, None, &|what| talk.step(what))?;
-    finish(&folder, &finished, None, talk)?;
+    finish(&folder, &finished, None, &exports, talk)?;
     Ok(ending(&finished))
+}
+
+/// The forms that were asked for, each once.
+fn exports(asked: &[ExportName]) -> Vec<Export> {
+    let mut all: Vec<Export> = vec![];
+    for form in asked.iter().flat_map(|name| name.forms()) {
+        if !all.contains(&form) {
+            all.push(form);
+        }
+    }
+    all
 }
 
 /// Exit code 0 or 1.
@@ -43,13 +57,19 @@ pub fn finish(
     folder: &Path,
     finished: &Finished,
     survey: Option<&Path>,
+    exports: &[Export],
     talk: &Talk,
 ) -> Result<(), CliError> {
     talk.step(&format!("writing {}", folder.display()));
-    let written = report::write_all(folder, &finished.result, &finished.page)?;
+    let written = report::write_all(folder, &finished.result, &finished.page, exports)?;
+    let cards: String = written
+        .exports
+        .iter()
+        .map(|file| format!("Export  {}\n", file.display()))
+        .collect();
     let survey = survey.map_or_else(String::new, |s| format!("Survey  {}\n", s.display()));
     let text = format!(
-        "{}\n{survey}Result  {}\nReport  {}\nTable   {}\n",
+        "{}\n{survey}Result  {}\nReport  {}\nTable   {}\n{cards}",
         report::text::summary(&finished.result, &finished.page),
         written.result.display(),
         written.report.display(),

@@ -6,7 +6,7 @@ use super::Ending;
 use super::args::Demo;
 use super::calibrate::{ending, finish};
 use super::error::CliError;
-use super::out::survey_into;
+use super::out::{survey_into, tried};
 use super::talk::Talk;
 use crate::calibrate::choices::Method;
 use crate::calibrate::seam::{Procedure, Settings, make_folder};
@@ -39,7 +39,7 @@ pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     };
     let loaded = procedure.read(&survey)?;
     let finished = loaded.calibrate(&settings, Some(&simulated.truth), &step)?;
-    finish(&folder, &finished, Some(&survey), talk)?;
+    finish(&folder, &finished, Some(&survey), &[], talk)?;
     Ok(ending(&finished))
 }
 
@@ -71,6 +71,50 @@ fn claim(folder: &Path, procedure: &dyn Procedure) -> Result<(), CliError> {
         folder: folder.to_owned(),
         found: error.to_string(),
     })
+}
+
+/// A scenario file that the user names, or for `demo`, `demo-usbl` and the like (where there is no such file) the built-in scenario: it is
+/// written into the folder of the command, to be looked at and changed, unless it stands there already.
+pub fn demo_or(
+    named: &Path,
+    command: &str,
+    out: Option<&Path>,
+    talk: &Talk,
+) -> Result<PathBuf, CliError> {
+    let Some(procedure) = built_in(named) else {
+        return Ok(named.to_owned());
+    };
+    let default = || PathBuf::from(format!("{}-demo-{command}", procedure.name()));
+    let folder = out.map_or_else(default, Path::to_owned);
+    let file = folder.join(SCENARIO_FILE);
+    let text = procedure.demo();
+    if file.exists() {
+        if read_text(&file)? != text {
+            let demo = named.display().to_string();
+            return Err(CliError::ChangedDemo { file, demo });
+        }
+        return Ok(file);
+    }
+    tried(&folder, &[SCENARIO_FILE])?;
+    make_folder(&folder)?;
+    crate::files::land(&folder, &[(SCENARIO_FILE, text.as_bytes())])
+        .map_err(crate::report::ReportError::from)?;
+    talk.remark(&format!("the demo's scenario is {}", file.display()));
+    Ok(file)
+}
+
+/// Name of the scenario that a demo writes.
+const SCENARIO_FILE: &str = "scenario.toml";
+
+/// The procedure whose built-in scenario is meant, if one is.
+fn built_in(named: &Path) -> Option<&'static dyn Procedure> {
+    if named.exists() {
+        return None;
+    }
+    match named.to_str()? {
+        "demo" => Some(procedures::ALL[0]),
+        name => procedures::find(name.strip_prefix("demo-")?),
+    }
 }
 
 #[cfg(test)]

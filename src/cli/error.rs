@@ -138,6 +138,28 @@ pub enum CliError {
         /// The procedure.
         procedure: &'static str,
     },
+    /// A plan of a procedure that has none.
+    #[error("{}: procedure: found \"{procedure}\", expected \"pool\": only a pool survey is planned; what a {procedure} survey would determine its budget says", file.display())]
+    NoPlan {
+        /// The file.
+        file: PathBuf,
+        /// The procedure.
+        procedure: &'static str,
+    },
+    /// A survey without passes to plan on.
+    #[error("{}: whole file: found no pass along the wall, or laser points that are georeferenced already; expected a survey with passes and [lidar] coordinates = \"sensor\"", file.display())]
+    NoPasses {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The demo's scenario, which the user has changed.
+    #[error("{}: whole file: found a scenario that you changed, expected the demo's as it was written: name this file instead of {demo}, or another folder with --out", file.display())]
+    ChangedDemo {
+        /// The file.
+        file: PathBuf,
+        /// What was typed.
+        demo: String,
+    },
     /// Trials of a survey.
     #[error("{}: whole file: found a survey with --trials, expected a scenario: trials need a truth (without --trials the survey's own errors are propagated)", file.display())]
     NoTrials {

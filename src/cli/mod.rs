@@ -5,6 +5,7 @@
 //! | [`args`] | what the user types |
 //! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `info`, `budget`, `plan`, `template` | one command each |
 //! | `out` | where a command may write |
+//! | `plain` | what a terminal can show: 80 columns, ASCII where the locale asks for it |
 //! | `talk` | what is printed: results on standard output, progress on standard error |
 //! | [`error`] | what ends a command before it solves (exit code 2) |
 
@@ -18,6 +19,7 @@ mod demo;
 pub mod error;
 mod info;
 mod out;
+mod plain;
 mod plan;
 mod result_file;
 mod simulate;
@@ -40,7 +42,7 @@ enum Ending {
     Usable,
     /// Solved without a usable result: exit code 1.
     Unusable,
-    /// Stopped by Ctrl-C, to be gone on with: exit code 130, as shells have it.
+    /// Stopped by Ctrl-C, to be continued with `--resume`: exit code 130, as shells have it.
     Interrupted,
 }
 

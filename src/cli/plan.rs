@@ -1,24 +1,30 @@
 //! `boresight plan`: a scenario without data to the passes that should be sailed next.
 
+use std::path::Path;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 
 use super::Ending;
 use super::args::{CriterionName, Plan};
 use super::calibrate::folder_of;
+use super::demo::demo_or;
 use super::error::CliError;
 use super::out::tried;
 use super::talk::Talk;
 use crate::calibrate::tried::name_of;
 use crate::calibrate::vary::{Point, Vary, VaryError, at, points};
+use crate::formats::error::read_text;
 use crate::procedures;
+use crate::procedures::pool::JointConfig;
 use crate::procedures::pool::budget::plan::{PlanRequest, candidates};
 use crate::procedures::pool::budget::planned::{BEST_PUBLISHED, NAMES, planned};
+use crate::procedures::pool::budget::sailed::as_scenario;
 use crate::procedures::pool::budget::trials::ALIASES;
-use crate::procedures::pool::survey::scenario;
+use crate::procedures::pool::survey::{load, scenario};
 use crate::report::{self, plan as pages};
 use crate::results::PlanCriterion;
 use crate::simulate::Scenario;
+use crate::survey::is_survey;
 
 /// Standard deviations wanted: pitch, roll, yaw (rad), lx, ly, lz (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,36 +64,40 @@ impl FromStr for Wanted {
 
 /// Runs the command.
 pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
-    talk.step(&format!("reading {}", args.scenario.display()));
-    procedures::of_file(&args.scenario)?;
-    let file = scenario::read(&args.scenario)?;
-    let config = file.calibration(&args.scenario)?.joint;
+    let folder = args.out.clone();
+    let (scenario, config, sailed_for_real) = read(&args.scenario, folder.as_deref(), talk)?;
     if args.vary.len() > 2 {
         let found = args.vary.len();
         return Err(CliError::TooManyKeys { found });
     }
-    let points = swept(&file.scenario, &args.vary)?;
-    let request = request(args);
+    let points = swept(&scenario, &args.vary)?;
+    let request = request(args).widened(&scenario);
     let sailed = if request.keep_passes {
-        file.scenario.pass.len()
+        scenario.pass.len()
     } else {
         0
     };
-    let folder = args.out.clone();
-    let folder = folder.unwrap_or_else(|| folder_of(&format!("{}-plan", file.scenario.name)));
-    tried(&folder, &["plan.json", "plan.csv", "plan.html"])?;
-    let total = sailed + candidates(&file.scenario, &request).len() + points.len();
+    let folder = folder.unwrap_or_else(|| folder_of(&format!("{}-plan", scenario.name)));
+    tried(&folder, &pages::PLAN_FILES)?;
+    let total = sailed + candidates(&scenario, &request).len() + points.len();
     talk.step(&format!("{total} surveys without data"));
     let bar = talk.bar("planning", total as u64);
     let done = AtomicU64::new(0);
     let progress = || bar.set_position(done.fetch_add(1, SeqCst) + 1);
-    let mut result = planned(&file.scenario, &request, &points, &config, &progress)?;
+    let mut result = planned(&scenario, &request, &points, &config, &progress)?;
     bar.finish_and_clear();
+    if sailed_for_real {
+        result.notes.insert(0, AS_SAILED.to_owned());
+    }
     result.command = command(args);
     talk.step(&format!("writing {}", folder.display()));
     let files = report::write_plan(&folder, &result)?;
+    let courses = files.courses.iter();
+    let courses: String = courses
+        .map(|file| format!("Courses {}\n", file.display()))
+        .collect();
     let text = format!(
-        "{}\nPlan    {}\nTable   {}\nPage    {}\n",
+        "{}\nPlan    {}\nTable   {}\nPage    {}\n{courses}",
         pages::summary(&result),
         files.json.display(),
         files.table.display(),
@@ -96,6 +106,37 @@ pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
     talk.result(&text, &pages::to_bytes(&result)?)?;
     Ok(Ending::Usable)
 }
+
+/// What is said of a survey's passes.
+const AS_SAILED: &str = "The passes were read from the survey's trajectory and its motion taken as sines of the observed size and period: a \
+    prediction, not the survey's own result";
+
+/// The scenario of a file and how it is calibrated; of a survey, its passes as sailed, and `true`.
+fn read(
+    file: &Path,
+    out: Option<&Path>,
+    talk: &Talk,
+) -> Result<(Scenario, JointConfig, bool), CliError> {
+    let file = &demo_or(file, "plan", out, talk)?;
+    talk.step(&format!("reading {}", file.display()));
+    let procedure = procedures::of_file(file)?;
+    if procedure.name() != PLANNED {
+        let (file, procedure) = (file.clone(), procedure.name());
+        return Err(CliError::NoPlan { file, procedure });
+    }
+    if read_text(file).is_ok_and(|text| is_survey(&text)) {
+        let survey = load(file)?;
+        let scenario = as_scenario(&survey);
+        let scenario = scenario.ok_or_else(|| CliError::NoPasses { file: file.clone() })?;
+        return Ok((scenario, survey.file.joint, true));
+    }
+    let read = scenario::read(file)?;
+    let joint = read.calibration(file)?.joint;
+    Ok((read.scenario, joint, false))
+}
+
+/// The procedure that has plans.
+const PLANNED: &str = "pool";
 
 /// The values of `--vary`, each with its scenario.
 fn swept(scenario: &Scenario, vary: &[Vary]) -> Result<Vec<(Point, Scenario)>, VaryError> {

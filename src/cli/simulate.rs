@@ -1,9 +1,12 @@
 //! `boresight simulate`: a scenario file to a complete survey.
 
+use std::path::{Path, PathBuf};
+
 use serde_json::{Map, Value, json};
 
 use super::Ending;
 use super::args::Simulate;
+use super::demo::demo_or;
 use super::error::CliError;
 use super::out::survey_into;
 use super::talk::Talk;
@@ -14,11 +17,12 @@ use crate::survey::{SURVEY_FILE, TRUTH_FILE};
 
 /// Runs the command.
 pub fn run(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {
-    talk.step(&format!("reading {}", args.scenario.display()));
-    let scenario = procedures::scenario(&args.scenario)?;
+    let file = &written_for(args, talk)?;
+    talk.step(&format!("reading {}", file.display()));
+    let scenario = procedures::scenario(file)?;
     let seed = args.seed.unwrap_or(scenario.seed());
     let made = format!("boresight simulate, {}, seed {seed}", scenario.name());
-    let text = read_text(&args.scenario)?;
+    let text = read_text(file)?;
     let written = survey_into(&args.out, (&made, &text), args.force, |folder| {
         scenario.write(seed, folder, &|what| talk.step(what))
     })?;
@@ -39,6 +43,13 @@ pub fn run(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {
     json.extend(counts.map(|c| (c.key.to_owned(), json!(c.count))));
     talk.result(&text, format!("{:#}\n", Value::Object(json)).as_bytes())?;
     Ok(Ending::Usable)
+}
+
+/// The scenario file; the demo's is written beside the survey's folder, which holds only what the simulation wrote.
+fn written_for(args: &Simulate, talk: &Talk) -> Result<PathBuf, CliError> {
+    let beside = args.out.parent().filter(|p| !p.as_os_str().is_empty());
+    let beside = beside.unwrap_or(Path::new("."));
+    demo_or(&args.scenario, "simulate", Some(beside), talk)
 }
 
 fn in_words(counts: &[Count]) -> String {

@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::Common;
 use super::error::CliError;
+use super::plain::{ascii, asks_for_ascii, fitted};
 
 /// The program's voice.
 #[derive(Debug)]
@@ -15,6 +16,8 @@ pub struct Talk {
     quiet: bool,
     verbose: bool,
     json: bool,
+    /// Whether the locale has no letters beyond ASCII.
+    ascii: bool,
     begun: Instant,
     spinner: Option<ProgressBar>,
 }
@@ -27,6 +30,7 @@ impl Talk {
             quiet: common.quiet,
             verbose: common.verbose,
             json: common.json,
+            ascii: asks_for_ascii(),
             begun: Instant::now(),
             spinner: shown.then(spinner),
         }
@@ -51,7 +55,7 @@ impl Talk {
         if self.spinner.is_none() {
             return ProgressBar::hidden();
         }
-        let style = "{msg} [{bar:40}] {percent:>3} % {elapsed_precise}";
+        let style = "{msg} [{bar:30}] {percent:>3} % {elapsed_precise}, {eta_precise} left";
         let bar = ProgressBar::new(length).with_message(what.to_owned());
         bar.with_style(
             ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()),
@@ -64,8 +68,7 @@ impl Talk {
         if self.spinner.is_none() {
             return ProgressBar::hidden();
         }
-        let style =
-            "[{bar:40}] {pos} of {len} trials, {per_sec}, {elapsed_precise}, {eta_precise} left";
+        let style = "[{bar:20}] {pos} of {len} trials, {elapsed_precise}, {eta_precise} left";
         let style = ProgressStyle::with_template(style);
         let bar = ProgressBar::new(length)
             .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
@@ -81,7 +84,7 @@ impl Talk {
         }
     }
 
-    /// Prints a result: the text, or with `--json` the JSON; nothing with `--quiet` unless JSON was asked for.
+    /// Prints a result: the text in 80 columns, or with `--json` the JSON; nothing with `--quiet` unless JSON was asked for.
     ///
     /// # Errors
     /// [`CliError`] when standard output cannot be written; a closed pipe is no error.
@@ -90,7 +93,10 @@ impl Talk {
             self.finish();
             return to_stdout(json);
         }
-        if self.quiet { Ok(()) } else { self.print(text) }
+        if self.quiet {
+            return Ok(());
+        }
+        self.print(&fitted(text))
     }
 
     /// Prints a text on standard output.
@@ -99,21 +105,39 @@ impl Talk {
     /// As [`Self::result`].
     pub fn print(&self, text: &str) -> Result<(), CliError> {
         self.finish();
-        to_stdout(text.as_bytes())
+        match self.ascii {
+            true => to_stdout(ascii(text).as_bytes()),
+            false => to_stdout(text.as_bytes()),
+        }
     }
 
     /// Prints a sentence on standard error, unless `--quiet`.
     pub fn remark(&self, text: &str) {
         if !self.quiet {
-            let _ = writeln!(stderr(), "boresight: {text}");
+            self.complain("boresight:", text);
         }
     }
 
-    /// Prints an error on standard error.
+    /// Prints an error on standard error, on a terminal with the red word that a wrong option has too.
     pub fn error(&self, error: &dyn Display) {
+        let coloured = stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+        let name = if coloured {
+            "\u{1b}[1m\u{1b}[31merror:\u{1b}[0m"
+        } else {
+            "boresight:"
+        };
         for line in error.to_string().lines() {
-            let _ = writeln!(stderr(), "boresight: {line}");
+            self.complain(name, line);
         }
+    }
+
+    fn complain(&self, name: &str, text: &str) {
+        let text = if self.ascii {
+            ascii(text)
+        } else {
+            text.to_owned()
+        };
+        let _ = writeln!(stderr(), "{name} {text}");
     }
 }
 

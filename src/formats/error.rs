@@ -87,7 +87,7 @@ pub enum FaultKind {
 
 /// One fault of one file: where, what was found, what was expected.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{}: {place}: found {found}, expected {expected}", file.display())]
+#[error("{}", said(file, place, found, expected))]
 pub struct FormatError {
     /// Its kind.
     pub kind: FaultKind,
@@ -99,6 +99,18 @@ pub struct FormatError {
     pub found: String,
     /// What was expected there.
     pub expected: String,
+}
+
+/// What is said of a file that is not there.
+pub const NO_SUCH_FILE: &str = "no such file";
+
+/// "no.toml: no such file" or "a.csv: line 3: found "x", expected a number".
+pub(crate) fn said(file: &Path, place: &dyn fmt::Display, found: &str, expected: &str) -> String {
+    let file = file.display();
+    if found == NO_SUCH_FILE {
+        return format!("{file}: {found}");
+    }
+    format!("{file}: {place}: found {found}, expected {expected}")
 }
 
 impl FormatError {
@@ -125,7 +137,7 @@ impl FormatError {
     #[must_use]
     pub fn unreadable(file: &Path, error: &std::io::Error) -> Self {
         let found = match error.kind() {
-            std::io::ErrorKind::NotFound => "no such file".to_owned(),
+            std::io::ErrorKind::NotFound => NO_SUCH_FILE.to_owned(),
             std::io::ErrorKind::PermissionDenied => "no permission to read it".to_owned(),
             std::io::ErrorKind::IsADirectory => "a folder".to_owned(),
             _ => format!("\"{error}\""),

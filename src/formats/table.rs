@@ -1,6 +1,7 @@
-//! Reading a CSV table of numbers column by column: names in the first line, in any order, extra columns ignored.
+//! Reading a CSV table of numbers column by column: names in the first line, in any order, extra columns ignored. Columns stand apart by
+//! commas, semicolons or tabs, whichever the first line has; beside semicolons or tabs a number may have a decimal comma.
 
-use std::io::Read;
+use std::io::{Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use csv::{ByteRecord, ReaderBuilder};
@@ -34,11 +35,41 @@ impl Limits {
     }
 }
 
+/// A file whose begin has been looked at.
+type Begun<R> = Chain<Cursor<Vec<u8>>, R>;
+
+/// Bytes that are looked at to tell the separator.
+const LOOKED_AT: u64 = 1 << 16;
+
+/// The separator of the columns, of a file that is text in UTF-8.
+fn begun<R: Read>(file: &Path, mut source: R) -> Result<(u8, Begun<R>), FormatError> {
+    let mut begin = vec![];
+    (&mut source)
+        .take(LOOKED_AT)
+        .read_to_end(&mut begin)
+        .map_err(|e| FormatError::unreadable(file, &e))?;
+    if begin.starts_with(b"\xff\xfe") || begin.starts_with(b"\xfe\xff") {
+        let (found, expected) = ("text in UTF-16", "text in UTF-8 (save it as \"CSV UTF-8\")");
+        return Err(FormatError::new(
+            FaultKind::BadValue,
+            file,
+            Place::File,
+            found,
+            expected,
+        ));
+    }
+    let first = begin.split(|b| *b == b'\n').next().unwrap_or_default();
+    let has = |separator: &u8| first.contains(separator);
+    let separator = *b",;\t".iter().find(|s| has(s)).unwrap_or(&b',');
+    Ok((separator, Cursor::new(begin).chain(source)))
+}
+
 /// A table being read row by row.
 #[derive(Debug)]
 pub struct Table<R> {
     file: PathBuf,
-    reader: csv::Reader<R>,
+    reader: csv::Reader<Begun<R>>,
+    separator: u8,
     header: ByteRecord,
     row: ByteRecord,
     names: Vec<&'static str>,
@@ -59,14 +90,16 @@ impl<R: Read> Table<R> {
         required: &[&'static str],
         optional: &[&'static str],
     ) -> Result<Self, FormatError> {
+        let (separator, source) = begun(file, source)?;
         let mut reader = ReaderBuilder::new()
+            .delimiter(separator)
             .has_headers(false)
             .buffer_capacity(1 << 18)
             .from_reader(source);
         let mut header = ByteRecord::new();
         if !reader
             .read_byte_record(&mut header)
-            .map_err(|e| translate(file, &e, &header))?
+            .map_err(|e| translate(file, &e, &header, separator))?
         {
             let expected = format!("a header line with {}", required.join(","));
             return Err(FormatError::new(
@@ -86,6 +119,7 @@ impl<R: Read> Table<R> {
         Ok(Self {
             file: file.to_owned(),
             reader,
+            separator,
             header,
             row: ByteRecord::new(),
             names,
@@ -115,7 +149,7 @@ impl<R: Read> Table<R> {
         let more = self
             .reader
             .read_byte_record(&mut self.row)
-            .map_err(|e| translate(&self.file, &e, &self.row))?;
+            .map_err(|e| translate(&self.file, &e, &self.row, self.separator))?;
         if more && self.expected_rows == 0 {
             let length = self.row.as_slice().len() + self.row.len();
             self.expected_rows = (self.size / length.max(2) as u64) as usize + 1;
@@ -141,10 +175,27 @@ impl<R: Read> Table<R> {
         let Some(field) = self.fields[column].and_then(|f| self.row.get(f)) else {
             return Ok(None);
         };
-        match parse(field) {
+        match parse(field).or_else(|| self.with_decimal_comma(field)) {
             Some(value) if limits.contain(value) => Ok(Some(value)),
+            None if is_date(field) => {
+                let found = format!("{} (a date)", quoted(field));
+                let expected = "a number of seconds (docs/recipes.md converts dates)";
+                Err(self.fault(FaultKind::BadValue, column, found, expected))
+            }
             _ => Err(self.bad_value(column, limits.expected)),
         }
+    }
+
+    /// "1,5" as 1.5 where commas do not part columns.
+    fn with_decimal_comma(&self, field: &[u8]) -> Option<f64> {
+        if self.separator == b',' || field.contains(&b'.') {
+            return None;
+        }
+        let dotted: Vec<u8> = field
+            .iter()
+            .map(|b| if *b == b',' { b'.' } else { *b })
+            .collect();
+        parse(&dotted)
     }
 
     /// The number in a required column of this row.
@@ -173,7 +224,7 @@ impl<R: Read> Table<R> {
     pub fn count(&self, column: usize) -> Result<u32, FormatError> {
         let field = self.fields[column].and_then(|f| self.row.get(f));
         field
-            .and_then(|f| std::str::from_utf8(f.trim_ascii()).ok()?.parse().ok())
+            .and_then(whole)
             .ok_or_else(|| self.bad_value(column, "a whole number from 0 to 4294967295"))
     }
 
@@ -254,6 +305,25 @@ impl<R: Read> Rows for Table<R> {
     }
 }
 
+/// A whole number, also where it is written "12.0".
+fn whole(field: &[u8]) -> Option<u32> {
+    let text = std::str::from_utf8(field.trim_ascii()).ok()?;
+    let number = match text.split_once('.') {
+        Some((number, zeros)) if zeros.bytes().all(|b| b == b'0') => number,
+        _ => text,
+    };
+    number.parse().ok()
+}
+
+/// Whether a field begins like "2024-05-01" or "2024/05/01".
+fn is_date(field: &[u8]) -> bool {
+    let field = field.trim_ascii();
+    field.len() >= 10
+        && field[..4].iter().all(u8::is_ascii_digit)
+        && matches!(field[4], b'-' | b'/')
+        && field[4] == field[7]
+}
+
 fn parse(field: &[u8]) -> Option<f64> {
     std::str::from_utf8(field.trim_ascii()).ok()?.parse().ok()
 }
@@ -324,7 +394,14 @@ pub(super) fn nearest<'c>(columns: &'c [String], names: &[&str]) -> Option<&'c S
         .max_by(|a, b| similar(a).total_cmp(&similar(b)))
 }
 
-fn translate(file: &Path, error: &csv::Error, row: &ByteRecord) -> FormatError {
+/// A row with its separators.
+fn as_written(row: &ByteRecord, separator: u8) -> Vec<u8> {
+    let fields: Vec<&[u8]> = row.iter().collect();
+    let shown = if separator == b'\t' { b' ' } else { separator };
+    fields.join(&shown)
+}
+
+fn translate(file: &Path, error: &csv::Error, row: &ByteRecord, separator: u8) -> FormatError {
     match error.kind() {
         csv::ErrorKind::Io(io) => FormatError::unreadable(file, io),
         csv::ErrorKind::UnequalLengths {
@@ -338,7 +415,7 @@ fn translate(file: &Path, error: &csv::Error, row: &ByteRecord) -> FormatError {
                 line: pos.as_ref().map_or(0, csv::Position::line),
                 column: String::new(),
             },
-            format!("{len} fields ({})", quoted(row.as_slice())),
+            format!("{len} fields ({})", quoted(&as_written(row, separator))),
             format!("{expected_len} as in the header"),
         ),
         _ => FormatError::new(
@@ -348,5 +425,47 @@ fn translate(file: &Path, error: &csv::Error, row: &ByteRecord) -> FormatError {
             quoted(error.to_string().as_bytes()),
             "comma-separated values",
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn first(text: &str) -> Result<(f64, u32), FormatError> {
+        let (file, size) = (Path::new("x.csv"), text.len() as u64);
+        let mut table = Table::open(file, text.as_bytes(), size, &["time_s", "ping"], &[])?;
+        table.next_row()?;
+        Ok((table.number(0, &Limits::FINITE)?, table.count(1)?))
+    }
+
+    #[test]
+    fn commas_semicolons_and_tabs_part_columns() {
+        for text in [
+            "time_s,ping\n1.5,12\n",
+            "time_s;ping\n1.5;12\n",
+            "time_s;ping\n1,5;12\n",
+            "ping\ttime_s\n12.0\t1.5\n",
+        ] {
+            assert_eq!(first(text), Ok((1.5, 12)), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_is_named() {
+        let said = |text: &str| first(text).expect_err(text).to_string();
+        assert!(said("time_s,ping\n2024-05-01T10:00:00Z,1\n").contains("(a date)"));
+        assert!(said("time_s,ping\n1,1.5\n").contains("a whole number"));
+        assert!(said("time_s,ping\n7\n").contains("1 fields (\"7\")"));
+        assert!(said("time_s,ping\n7,8,9\n").contains("(\"7,8,9\")"));
+        assert!(said("time_s,ping\n1,2,3\n").contains("expected 2"));
+        assert!(said("time_s;ping\n1;x\n").contains("found \"x\""));
+    }
+
+    #[test]
+    fn utf16_is_named() {
+        let bytes: &[u8] = b"\xff\xfet\0i\0";
+        let opened = Table::open(Path::new("x.csv"), bytes, 6, &["time_s"], &[]);
+        assert!(opened.is_err_and(|e| e.to_string().contains("UTF-16")));
     }
 }

@@ -5,17 +5,20 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::format::{finer, four_digits as digits};
+use super::format::{finer, three_digits as digits, two_digits};
 use super::{ReportError, html, json};
 use crate::files::land;
 use crate::results::{
     BudgetParameter, BudgetResult, Figures, Interval, JOINT, Origin, PathBudget, PathStatistics,
-    SourceShare, Sweep,
+    SourceShare, Sweep, SweepPoint,
 };
 use crate::ruled::Ruled;
 
 /// Sources that the terminal shows of each path.
 const SHOWN: usize = 5;
+
+/// Usable trials below which a share of the variance by trials is chance more than anything else.
+pub(super) const TELLING: u64 = 50;
 
 /// Where the files are.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -225,6 +228,9 @@ impl<'a> Rows<'a> {
 #[must_use]
 pub fn summary(result: &BudgetResult) -> String {
     let mut text = format!("Error budget of {}\n", result.scenario);
+    if let Some(sweep) = &result.sweep {
+        text.push_str(&sweep_text(result, sweep));
+    }
     for path in &result.paths {
         text.push_str(&path_text(result, path));
     }
@@ -245,9 +251,6 @@ pub fn summary(result: &BudgetResult) -> String {
             refusal.example
         );
     }
-    if let Some(sweep) = &result.sweep {
-        text.push_str(&sweep_text(result, sweep));
-    }
     for note in &result.notes {
         let _ = writeln!(text, "\nNote: {note}.");
     }
@@ -256,7 +259,10 @@ pub fn summary(result: &BudgetResult) -> String {
 
 /// Name and shown unit of each parameter.
 fn heads(result: &BudgetResult) -> impl Iterator<Item = String> {
-    let head = |p: &BudgetParameter| format!("{}, {}", p.name, finer(&p.unit).0);
+    let head = |p: &BudgetParameter| match finer(&p.unit).0 {
+        "1" | "" => p.name.clone(),
+        unit => format!("{}, {unit}", p.name),
+    };
     result.parameters.iter().map(head)
 }
 
@@ -309,7 +315,7 @@ fn predicted_text(result: &BudgetResult, path: &PathBudget) -> String {
     let mut table = Ruled::new([
         "parameter",
         "bias",
-        "standard deviation",
+        "sigma",
         "Cramer-Rao bound",
         "efficiency",
     ]);
@@ -320,7 +326,7 @@ fn predicted_text(result: &BudgetResult, path: &PathBudget) -> String {
             cell(result, predicted.bias.as_ref(), i),
             cell(result, predicted.standard_deviation.as_ref(), i),
             cell(result, path.bound.as_ref(), i),
-            efficiency.map_or_else(|| "-".to_owned(), |e| format!("{e:.3}")),
+            efficiency.map_or_else(|| "-".to_owned(), |e| efficient(path, e)),
         ]);
     }
     let _ = writeln!(text, "{table}");
@@ -353,18 +359,24 @@ fn predicted_text(result: &BudgetResult, path: &PathBudget) -> String {
     text
 }
 
+/// "0.98", or "0.95 to 1" where it is counted over trials: the interval of their variance, and no path does better than the bound.
+fn efficient(path: &PathBudget, efficiency: f64) -> String {
+    let counted = path.together.as_ref().filter(|t| t.usable >= TELLING);
+    match counted.and_then(|t| t.standard_deviation_interval) {
+        Some(ends) => {
+            let end = |factor: f64| (efficiency / (factor * factor)).min(1.0);
+            format!("{:.2} to {:.2}", end(ends.upper), end(ends.lower))
+        }
+        None => format!("{:.2}", efficiency.min(1.0)),
+    }
+}
+
 fn statistics_table(result: &BudgetResult, s: &PathStatistics) -> String {
     let reported = s.reported.as_ref();
     let sigma = reported.and_then(|r| r.standard_deviation.as_ref());
-    let mut header = vec![
-        "parameter",
-        "bias",
-        "± 1 sigma",
-        "standard deviation",
-        "RMS",
-    ];
+    let mut header = vec!["parameter", "bias", "±", "sigma of trials", "RMS"];
     if reported.is_some() {
-        header.extend(["reported sigma", "pull RMS"]);
+        header.extend(["reported", "pull RMS"]);
     }
     let mut table = Ruled::new(header);
     for (i, head) in heads(result).enumerate() {
@@ -372,16 +384,29 @@ fn statistics_table(result: &BudgetResult, s: &PathStatistics) -> String {
             head,
             cell(result, s.bias.as_ref(), i),
             cell(result, s.bias_standard_error.as_ref(), i),
-            cell(result, s.standard_deviation.as_ref(), i),
+            with_interval(result, s, i),
             cell(result, s.rms.as_ref(), i),
         ];
         if let Some(reported) = reported {
             line.push(cell(result, sigma, i));
-            line.push(format!("{:.3}", reported.pull_rms[i]));
+            line.push(format!("{:.2}", reported.pull_rms[i]));
         }
         table.row(line);
     }
     format!("{table}\n")
+}
+
+/// "0.0562 (0.035 to 0.14)": the standard deviation of the trials with its interval.
+fn with_interval(result: &BudgetResult, s: &PathStatistics, i: usize) -> String {
+    let shown = cell(result, s.standard_deviation.as_ref(), i);
+    let Some((sigma, ends)) =
+        nth(s.standard_deviation.as_ref(), i).zip(s.standard_deviation_interval)
+    else {
+        return shown;
+    };
+    let factor = sigma * finer(&result.parameters[i].unit).1;
+    let end = |e: f64| two_digits(factor * e);
+    format!("{shown} ({} to {})", end(ends.lower), end(ends.upper))
 }
 
 fn honesty(s: &PathStatistics) -> String {
@@ -410,8 +435,16 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
         let parts = share.share.iter().flatten().flatten();
         parts.copied().fold(0.0, f64::max)
     };
-    let by_trials = path.shares.iter().any(|s| s.origin == Origin::MonteCarlo);
-    let origin = if by_trials {
+    let counted = |s: &&SourceShare| s.origin == Origin::MonteCarlo && s.source != "nothing";
+    let fewest = path.shares.iter().filter(counted).map(|s| s.usable).min();
+    let analytic = path.shares.iter().any(|s| s.origin == Origin::Analytic);
+    if fewest.is_some_and(|n| n < TELLING) && !analytic {
+        return format!(
+            "no shares of the variance: {} trials of each source alone are too few, {TELLING} are needed (--single {TELLING})\n",
+            fewest.unwrap_or(0)
+        );
+    }
+    let origin = if fewest.is_some_and(|n| n >= TELLING) {
         Origin::MonteCarlo
     } else {
         Origin::Analytic
@@ -425,11 +458,12 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
     }
     let left_out = sources.len().saturating_sub(SHOWN);
     sources.truncate(SHOWN);
-    sources.extend(path.shares.iter().filter(is_rest));
+    let rest = |s: &&SourceShare| is_rest(s) && s.origin == origin;
+    sources.extend(path.shares.iter().filter(rest));
     let names = result.parameters.iter().map(|p| p.name.clone());
     let heading = match origin {
-        Origin::MonteCarlo => "share of variance (trials), %",
-        Origin::Analytic => "share of variance (analytic), %",
+        Origin::MonteCarlo => "share of variance by trials, %",
+        Origin::Analytic => "share of variance, %",
     };
     let mut table = Ruled::new([heading.to_owned()].into_iter().chain(names));
     for share in sources {
@@ -437,42 +471,128 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
         let title = described.map_or(share.source.as_str(), |s| s.title.as_str());
         let percent = |i: usize| {
             let part = nth(share.share.as_ref(), i);
-            part.map_or_else(|| "-".to_owned(), |part| format!("{:.1}", 100.0 * part))
+            part.map_or_else(|| "-".to_owned(), |part| format!("{:.0}", 100.0 * part))
         };
         let parts = (0..result.parameters.len()).map(percent);
         table.row([title.to_owned()].into_iter().chain(parts));
     }
     let mut text = format!("{table}\n");
+    if let (Origin::MonteCarlo, Some(n)) = (origin, fewest) {
+        let chance = 100.0 * (2.0 * (2.0 / (n.max(2) - 1) as f64)).sqrt();
+        let _ = writeln!(
+            text,
+            "one sigma of a share is {chance:.0} % of it by chance; the remainder has that of all shares together"
+        );
+    }
     if left_out > 0 {
         let _ = writeln!(text, "and {left_out} smaller sources in budget.csv");
     }
     text
 }
 
+/// The answer to a sweep: what each value gives, by every path; the figures of the value that is best for each parameter.
 fn sweep_text(result: &BudgetResult, sweep: &Sweep) -> String {
     let mut text = String::new();
+    let words: Vec<String> = sweep.keys.iter().map(|key| in_words(key)).collect();
     for path in result.paths.iter().map(|p| &p.path) {
-        let usable = ["usable".to_owned()];
-        let keys = sweep.keys.iter().cloned();
-        let mut table = Ruled::new(keys.chain(usable).chain(heads(result)));
-        for point in &sweep.points {
+        let of_path = |point: &&SweepPoint| point.paths.iter().any(|s| s.path == *path);
+        let points: Vec<&SweepPoint> = sweep.points.iter().filter(of_path).collect();
+        let counted = points.iter().any(|p| p.paths.iter().any(|s| s.trials > 0));
+        if points.is_empty() {
+            continue;
+        }
+        let usable = counted.then(|| "usable".to_owned());
+        let heads = words.iter().cloned().chain(usable).chain(heads(result));
+        let mut table = Ruled::new(heads).texts(words.len());
+        for point in &points {
             let Some(s) = point.paths.iter().find(|s| s.path == *path) else {
                 continue;
             };
             let values = point.values.iter().map(ToString::to_string);
-            let usable = [format!("{}/{}", s.usable, s.trials)];
+            let usable = counted.then(|| format!("{}/{}", s.usable, s.trials));
             let all = 0..result.parameters.len();
             let rms = all.map(|i| cell(result, s.rms.as_ref(), i));
             table.row(values.chain(usable).chain(rms));
         }
-        let _ = writeln!(
-            text,
-            "\nSweep, {path}: RMS error, {} trials at each point under the same seeds",
-            sweep.trials
-        );
+        let _ = writeln!(text, "\n{}", heading(sweep, path));
+        if path == JOINT {
+            text.push_str(&best_values(result, &points, &words));
+        }
         let _ = writeln!(text, "{table}");
     }
     text
+}
+
+fn heading(sweep: &Sweep, path: &str) -> String {
+    if sweep.trials == 0 {
+        return format!("RMS error by propagation, {path} path");
+    }
+    let one = 100.0 / (2.0 * (sweep.trials.max(2) - 1) as f64).sqrt();
+    format!(
+        "RMS error, {path} path: {} trials at each value under the same seeds, each figure good to {one:.0} %",
+        sweep.trials
+    )
+}
+
+/// "Smallest error: yaw 0.05 deg at multibeam tilt 40 deg, ..."; nothing of a single value.
+fn best_values(result: &BudgetResult, points: &[&SweepPoint], words: &[String]) -> String {
+    if points.len() < 2 {
+        return String::new();
+    }
+    let rms = |point: &SweepPoint, i: usize| {
+        let s = point.paths.iter().find(|s| s.path == JOINT)?;
+        nth(s.rms.as_ref(), i).filter(|v| v.is_finite())
+    };
+    let mut by_value: Vec<(String, Vec<&str>)> = vec![];
+    for (i, parameter) in result.parameters.iter().enumerate() {
+        let known = points.iter().filter_map(|p| Some((*p, rms(p, i)?)));
+        let Some((best, _)) = known.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+            continue;
+        };
+        let value = best.values.iter().map(ToString::to_string);
+        let value: Vec<String> = value.collect();
+        let value = value.join(" and ");
+        match by_value.iter_mut().find(|(v, _)| *v == value) {
+            Some((_, names)) => names.push(&parameter.name),
+            None => by_value.push((value, vec![&parameter.name])),
+        }
+    }
+    let parts: Vec<String> = by_value
+        .iter()
+        .map(|(value, names)| format!("{} at {value}", names.join(", ")))
+        .collect();
+    format!(
+        "Smallest error of {} (by {})\n",
+        parts.join("; of "),
+        words.join(" and ")
+    )
+}
+
+/// A scenario's key as one would say it: `trajectory.position_drift_sigma_m` is "trajectory position drift sigma, m".
+fn in_words(key: &str) -> String {
+    let units = [
+        ("_m_s", "m/s"),
+        ("_deg", "deg"),
+        ("_hz", "Hz"),
+        ("_m", "m"),
+        ("_s", "s"),
+    ];
+    let unit = units.iter().find(|(end, _)| key.ends_with(end));
+    let bare = unit.map_or(key, |(end, _)| key.trim_end_matches(end));
+    let parts: Vec<String> = bare
+        .split('.')
+        .map(|part| match part {
+            "*" => "of all".to_owned(),
+            part => match part.parse::<usize>() {
+                Ok(place) => (place + 1).to_string(),
+                Err(_) => part.replace('_', " "),
+            },
+        })
+        .collect();
+    match unit {
+        Some((_, unit)) => format!("{}, {unit}", parts.join(" ")),
+        None => parts.join(" "),
+    }
 }
 
 #[cfg(test)]
@@ -483,5 +603,13 @@ mod tests {
     fn commas_are_quoted() {
         assert_eq!(quoted("a,b"), "\"a,b\"");
         assert_eq!(quoted("pass.*.x"), "pass.*.x");
+    }
+
+    #[test]
+    fn keys_are_said_in_words() {
+        let said = in_words("trajectory.position_drift_sigma_m");
+        assert_eq!(said, "trajectory position drift sigma, m");
+        assert_eq!(in_words("pass.0.speed_m_s"), "pass 1 speed, m/s");
+        assert_eq!(in_words("sources.gross_errors"), "sources gross errors");
     }
 }

@@ -1,7 +1,8 @@
 //! An error budget in a few sentences.
 
+use super::budget::TELLING;
 use super::format::{finer, three_digits as digits};
-use crate::results::{BudgetResult, JOINT, PathBudget};
+use crate::results::{BudgetResult, JOINT, Origin, PathBudget, SourceShare};
 
 /// Rows of a path that are no source of errors.
 const APART: [&str; 3] = ["nothing", "remainder", "interaction"];
@@ -70,7 +71,10 @@ fn gain(result: &BudgetResult) -> Option<String> {
 /// The joint path's source with the largest share of anything.
 fn largest(result: &BudgetResult) -> Option<String> {
     let shares = joint(result)?.shares.iter();
-    let sources = shares.filter(|s| !APART.contains(&s.source.as_str()));
+    let telling = |s: &&SourceShare| s.origin == Origin::Analytic || s.usable >= TELLING;
+    let sources = shares
+        .filter(|s| !APART.contains(&s.source.as_str()))
+        .filter(telling);
     let parts = sources.flat_map(|s| {
         let parts = s.share.iter().flatten().enumerate();
         parts.filter_map(move |(i, part)| Some((s, i, (*part)?)))
@@ -89,14 +93,14 @@ fn truth(result: &BudgetResult) -> Option<String> {
     let together = joint(result)?.together.as_ref()?;
     let nees = together.reported.as_ref()?.nees?;
     let verdict = if nees.interval.contains(nees.mean) {
-        "true within chance"
+        "right within chance"
     } else if nees.mean > nees.interval.upper {
         "too small"
     } else {
         "too large"
     };
     Some(format!(
-        "The uncertainty that it reports is {verdict} (NEES {:.2}, {:.2} to {:.2} when true).",
+        "The sigmas that it reports are {verdict} (NEES {:.2}, {:.2} to {:.2} when right).",
         nees.mean, nees.interval.lower, nees.interval.upper
     ))
 }

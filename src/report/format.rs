@@ -2,14 +2,14 @@
 
 use crate::results::Status;
 
+/// Two significant digits.
+pub fn two_digits(value: f64) -> String {
+    significant(value, 2.0)
+}
+
 /// Three significant digits.
 pub fn three_digits(value: f64) -> String {
     significant(value, 3.0)
-}
-
-/// Four significant digits.
-pub fn four_digits(value: f64) -> String {
-    significant(value, 4.0)
 }
 
 fn significant(value: f64, digits: f64) -> String {
@@ -80,14 +80,6 @@ mod tests {
         assert_eq!(
             [0, 999, 1000, 114763, 10000000].map(grouped),
             ["0", "999", "1 000", "114 763", "10 000 000"]
-        );
-    }
-
-    #[test]
-    fn four_digits_count() {
-        assert_eq!(
-            [0.0123456, 123.456, -1.0, 0.0].map(four_digits),
-            ["0.01235", "123.5", "-1.000", "0"]
         );
     }
 

@@ -6,7 +6,9 @@
 pub mod budget;
 pub mod card;
 pub mod change;
+pub mod courses;
 pub mod csv;
+pub mod export;
 pub mod html;
 pub mod json;
 pub mod plan;
@@ -19,6 +21,7 @@ mod headline;
 
 pub use budget::{WrittenBudget, write_budget};
 pub use budget_headline::headline as budget_headline;
+pub use export::Export;
 pub use files::{ReportError, Written, write_all};
 pub use headline::{SIGNIFICANCE, headline};
 pub use plan::{WrittenPlan, write_plan};

@@ -3,11 +3,14 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use super::format::{finer, three_digits as digits};
-use super::{ReportError, html, json};
+use super::format::{finer, two_digits as digits};
+use super::{ReportError, courses, html, json};
 use crate::files::land;
-use crate::results::{BudgetParameter, Figures, PlanResult, SweepValue};
+use crate::results::{BudgetParameter, Figures, PlanCandidate, PlanResult, SweepValue};
 use crate::ruled::Ruled;
+
+/// Figures below this are shown as zero: a ten-thousandth of a degree or of a millimetre.
+const SMALL: f64 = 1e-4;
 
 /// Steps that the terminal shows.
 const SHOWN: usize = 12;
@@ -21,9 +24,21 @@ pub struct WrittenPlan {
     pub table: PathBuf,
     /// `plan.html`.
     pub page: PathBuf,
+    /// `plan.kml`, `plan.gpx` and `plan.geojson`.
+    pub courses: [PathBuf; 3],
 }
 
-/// Writes `plan.json`, `plan.csv` and `plan.html` into `folder`, together or not at all.
+/// Files of a plan.
+pub const PLAN_FILES: [&str; 6] = [
+    "plan.json",
+    "plan.csv",
+    "plan.html",
+    "plan.kml",
+    "plan.gpx",
+    "plan.geojson",
+];
+
+/// Writes `plan.json`, `plan.csv`, `plan.html` and the courses as KML, GPX and GeoJSON into `folder`, together or not at all.
 ///
 /// # Errors
 /// [`ReportError`]; all texts are made before the first is written.
@@ -34,13 +49,19 @@ pub fn write_plan(folder: &Path, result: &PlanResult) -> Result<WrittenPlan, Rep
         json: folder.join("plan.json"),
         table: folder.join("plan.csv"),
         page: folder.join("plan.html"),
+        courses: ["plan.kml", "plan.gpx", "plan.geojson"].map(|name| folder.join(name)),
     };
-    let table = table(result);
-    let files: [(&str, &[u8]); 3] = [
-        ("plan.json", &bytes),
-        ("plan.csv", table.as_bytes()),
-        ("plan.html", page.as_bytes()),
+    let (table, kml, gpx) = (table(result), courses::kml(result), courses::gpx(result));
+    let geojson = courses::geojson(result)?;
+    let texts: [&[u8]; 6] = [
+        &bytes,
+        table.as_bytes(),
+        page.as_bytes(),
+        kml.as_bytes(),
+        gpx.as_bytes(),
+        &geojson,
     ];
+    let files: Vec<(&str, &[u8])> = PLAN_FILES.into_iter().zip(texts).collect();
     land(folder, &files)?;
     Ok(written)
 }
@@ -108,8 +129,11 @@ fn values(values: &[SweepValue]) -> String {
 /// A parameter's figure in the unit shown.
 fn cell(result: &PlanResult, figures: Option<&Figures>, i: usize) -> String {
     let factor = finer(&result.parameters[i].unit).1;
-    let value = figures.and_then(|f| f[i]).map(|v| digits(v * factor));
-    value.unwrap_or_else(|| "-".to_owned())
+    match figures.and_then(|f| f[i]).map(|v| v * factor) {
+        None => "-".to_owned(),
+        Some(value) if value < SMALL => "0.000".to_owned(),
+        Some(value) => digits(value),
+    }
 }
 
 /// What the plan comes to, in one or two sentences.
@@ -117,8 +141,14 @@ fn cell(result: &PlanResult, figures: Option<&Figures>, i: usize) -> String {
 pub fn verdict(result: &PlanResult) -> String {
     match (result.passes_needed, result.unreachable.as_slice()) {
         (Some(0), _) => "What is sailed reaches everything that is wanted.".to_owned(),
-        (Some(1), _) => "One more pass reaches everything that is wanted.".to_owned(),
-        (Some(n), _) => format!("{n} more passes reach everything that is wanted."),
+        (Some(1), _) => format!(
+            "One more pass reaches everything that is wanted: {}.",
+            to_sail(result)
+        ),
+        (Some(n), _) => format!(
+            "{n} more passes reach everything that is wanted: {}.",
+            to_sail(result)
+        ),
         (None, []) if result.chosen.is_empty() => {
             "None of the candidates is seen by both sensors.".to_owned()
         }
@@ -135,6 +165,35 @@ pub fn verdict(result: &PlanResult) -> String {
                 .join(", ")
         ),
     }
+}
+
+/// "2 times 12 m, 0.5 m/s, +Y and 6 m, 0.5 m/s, +Y (3.6 min of passes)".
+fn to_sail(result: &PlanResult) -> String {
+    let mut order: Vec<(u64, usize)> = vec![];
+    for step in &result.chosen {
+        match order.iter_mut().find(|(c, _)| *c == step.candidate) {
+            Some((_, times)) => *times += 1,
+            None => order.push((step.candidate, 1)),
+        }
+    }
+    let seconds: f64 = order
+        .iter()
+        .filter_map(|(c, times)| {
+            let pass = &result.candidates.get(*c as usize)?.pass;
+            Some(pass.duration_s() * *times as f64)
+        })
+        .sum();
+    let names: Vec<String> = order
+        .iter()
+        .filter_map(|(c, times)| {
+            let name = &result.candidates.get(*c as usize)?.pass.name;
+            Some(match times {
+                1 => name.clone(),
+                n => format!("{n} times {name}"),
+            })
+        })
+        .collect();
+    format!("{} ({:.1} min of passes)", names.join("; "), seconds / 60.0)
 }
 
 /// "pitch (floor 0.016 deg, wanted 0.015 deg)".
@@ -173,7 +232,7 @@ fn sigmas<'a>(
 ) -> String {
     let words = before.iter().map(|w| (*w).to_owned());
     let parameters = result.parameters.iter();
-    let heads = parameters.map(|p| format!("{}, {}", p.name, finer(&p.unit).0));
+    let heads = parameters.map(|p| p.name.clone());
     let mut table = Ruled::new(words.chain(heads)).texts(before.len());
     for (words, figures) in rows {
         let cells = (0..result.parameters.len()).map(|i| cell(result, figures, i));
@@ -182,32 +241,50 @@ fn sigmas<'a>(
     format!("{table}\n")
 }
 
+/// "deg and mm".
+fn units(result: &PlanResult) -> String {
+    let mut all: Vec<&str> = result.parameters.iter().map(|p| finer(&p.unit).0).collect();
+    all.dedup();
+    all.join(" and ")
+}
+
+/// A pass's name without the unit of its crab angle, for narrow tables.
+fn narrow(name: &str) -> String {
+    name.trim_end_matches(" deg").to_owned()
+}
+
 fn state(result: &PlanResult) -> String {
     let sailed = match result.sailed.len() {
         0 => "nothing sailed yet".to_owned(),
-        1 => "the scenario's pass".to_owned(),
-        n => format!("the scenario's {n} passes"),
+        1 => "the pass sailed".to_owned(),
+        n => format!("the {n} passes sailed"),
     };
     let rows = [
         ("wanted".to_owned(), Some(&result.wanted)),
         (sailed, result.sailed_standard_deviation.as_ref()),
-        ("a million of each".to_owned(), result.floor.as_ref()),
+        ("the limit".to_owned(), result.floor.as_ref()),
     ];
     let rows = rows.into_iter().map(|(word, six)| (vec![word], six));
-    format!("\nStandard deviations\n{}", sigmas(result, &["with"], rows))
+    let title = format!("Standard deviations, {}", units(result));
+    format!("\n{title}\n{}", sigmas(result, &["with"], rows))
 }
 
 fn candidates(result: &PlanResult) -> String {
     let all = result.candidates.iter().enumerate();
     let (told, refused): (Vec<_>, Vec<_>) = all.partition(|(_, c)| c.refusal.is_empty());
-    let rows = told.into_iter().map(|(k, c)| {
-        let words = vec![(k + 1).to_string(), c.pass.name.clone()];
+    let best = best(result, told);
+    let more = result.candidates.len() - refused.len() - best.len();
+    let rows = best.into_iter().map(|(k, c)| {
+        let words = vec![(k + 1).to_string(), narrow(&c.pass.name)];
         (words, c.standard_deviation_if_next.as_ref())
     });
     let mut text = format!(
         "\nIf one of these were sailed next\n{}",
         sigmas(result, &["", "pass"], rows)
     );
+    if more > 0 {
+        let _ = writeln!(text, "and {more} more candidates in plan.csv");
+    }
     let mut reasons: Vec<(&str, Vec<&str>)> = vec![];
     for (_, c) in refused {
         match reasons.iter_mut().find(|(reason, _)| *reason == c.refusal) {
@@ -216,9 +293,39 @@ fn candidates(result: &PlanResult) -> String {
         }
     }
     for (reason, names) in reasons {
-        let _ = writeln!(text, "not offered: {}: {reason}", names.join("; "));
+        let which = match names.len() {
+            n if n > FEW => format!("{n} candidates such as {}", names[0]),
+            _ => names.join("; "),
+        };
+        let _ = writeln!(text, "not offered: {which}: {reason}");
     }
     text
+}
+
+/// Candidates that the terminal names one by one.
+const FEW: usize = 3;
+
+/// The candidates that help most, the best first: by the parameter that is farthest from what is wanted. The chosen one is among them.
+fn best<'a>(
+    result: &PlanResult,
+    mut told: Vec<(usize, &'a PlanCandidate)>,
+) -> Vec<(usize, &'a PlanCandidate)> {
+    if told.len() <= SHOWN {
+        return told;
+    }
+    let short = |c: &PlanCandidate| {
+        let figures = c.standard_deviation_if_next.iter().flatten();
+        let ratios = figures.zip(&result.wanted);
+        let ratio = ratios.map(|(s, w)| s.unwrap_or(f64::INFINITY) / w.unwrap_or(f64::INFINITY));
+        ratio.fold(0.0, f64::max)
+    };
+    let chosen = result.chosen.first().map(|s| s.candidate as usize);
+    told.sort_by(|(i, a), (j, b)| {
+        let first = |k: &usize| Some(*k) != chosen;
+        first(i).cmp(&first(j)).then(short(a).total_cmp(&short(b)))
+    });
+    told.truncate(SHOWN);
+    told
 }
 
 fn order(result: &PlanResult) -> String {
@@ -229,7 +336,7 @@ fn order(result: &PlanResult) -> String {
     let last = result.chosen.len();
     let kept = all.filter(|(k, _)| last <= SHOWN || *k + 1 < SHOWN || *k + 1 == last);
     let rows = kept.map(|(k, step)| {
-        let words = vec![(k + 1).to_string(), step.name.clone()];
+        let words = vec![(k + 1).to_string(), narrow(&step.name)];
         (words, Some(&step.standard_deviation))
     });
     let mut text = format!(

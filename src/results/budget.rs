@@ -114,7 +114,7 @@ pub struct PathBudget {
     /// Cramer-Rao bound of the standard deviation of any unbiased path.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bound: Option<Figures>,
-    /// Bound's variance by the path's variance, 1 when the path is as good as possible.
+    /// Bound's variance by the path's variance, 1 for the best possible path.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub efficiency: Option<Figures>,
 }

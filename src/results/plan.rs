@@ -89,6 +89,20 @@ pub struct PlannedPass {
     pub speed_m_s: f64,
     /// Heading minus course.
     pub crab_deg: f64,
+    /// Latitude and longitude where it begins.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub begin_deg: Option<[f64; 2]>,
+    /// Latitude and longitude where it ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub end_deg: Option<[f64; 2]>,
+}
+
+impl PlannedPass {
+    /// How long it takes, seconds.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        (self.to_m - self.from_m).abs() / self.speed_m_s
+    }
 }
 
 /// A pass to choose from.

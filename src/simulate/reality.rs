@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::scenario::{Angles, Scenario, Turn, Water};
 use super::sources::Source;
 use super::switches::Draws;
-use crate::geometry::{Geodetic, ellipsoid::TargetPose, rotation};
+use crate::geometry::{ellipsoid::TargetPose, rotation};
 use crate::observe::{Mounting, SoundSpeedProfile};
 use crate::target::Target;
 
@@ -45,7 +45,7 @@ impl Reality {
             scenario.multibeam.lever_arm_m,
         );
         let nominal_scanner = mounting(&scenario.lidar.mounting_deg, scenario.lidar.lever_arm_m);
-        let target = true_pose(scenario);
+        let target = scenario.target.pose();
         let mut latency = draws(Source::Latency);
         let mut speed = draws(Source::SoundSpeed);
         let range_scale =
@@ -84,19 +84,6 @@ fn mounting(angles: &Angles, lever_arm_m: [f64; 3]) -> Mounting {
 
 fn turn(turn: &Turn) -> Vector3<f64> {
     Vector3::new(turn.pitch, turn.roll, turn.yaw).map(f64::to_radians)
-}
-
-fn true_pose(scenario: &Scenario) -> TargetPose {
-    let origin = &scenario.target.origin;
-    TargetPose {
-        ellipsoid: scenario.target.ellipsoid,
-        origin: Geodetic {
-            latitude_rad: origin.latitude_deg.to_radians(),
-            longitude_rad: origin.longitude_deg.to_radians(),
-            height_m: origin.height_m,
-        },
-        azimuth_rad: scenario.target.azimuth_deg.to_radians(),
-    }
 }
 
 fn prior(scenario: &Scenario, truth: &TargetPose, mut draws: Draws) -> TargetPose {

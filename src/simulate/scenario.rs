@@ -7,7 +7,8 @@ use toml::de::{DeTable, Deserializer};
 
 use super::motion::MotionModel;
 use super::sources::Sources;
-use crate::geometry::Ellipsoid;
+use crate::geometry::ellipsoid::TargetPose;
+use crate::geometry::{Ellipsoid, Geodetic};
 use crate::target::TargetModel;
 
 /// A scenario: the truth and everything that stands between it and the observations.
@@ -79,6 +80,22 @@ pub struct TargetScene {
     /// Roughness of all faces along their normals, white per observation, metres, one sigma.
     #[serde(default)]
     pub roughness_sigma_m: f64,
+}
+
+impl TargetScene {
+    /// The true pose.
+    #[must_use]
+    pub fn pose(&self) -> TargetPose {
+        TargetPose {
+            ellipsoid: self.ellipsoid,
+            origin: Geodetic {
+                latitude_rad: self.origin.latitude_deg.to_radians(),
+                longitude_rad: self.origin.longitude_deg.to_radians(),
+                height_m: self.origin.height_m,
+            },
+            azimuth_rad: self.azimuth_deg.to_radians(),
+        }
+    }
 }
 
 /// A geodetic position.

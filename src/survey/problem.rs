@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::formats::FormatError;
+use crate::formats::error::said;
 
 /// One thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,9 +23,7 @@ pub struct Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let file = self.file.display();
-        let (place, found, expected) = (&self.place, &self.found, &self.expected);
-        write!(f, "{file}: {place}: found {found}, expected {expected}")
+        f.write_str(&said(&self.file, &self.place, &self.found, &self.expected))
     }
 }
 

@@ -73,11 +73,7 @@ pub(crate) fn missing_files(
             }
             Err(error) => format!("\"{name}\": {error}"),
         };
-        Some(document.problem(
-            key,
-            found,
-            "a readable file, its path relative to the survey file",
-        ))
+        Some(document.problem(key, found, "a file, its path relative to the survey file"))
     };
     keys.iter().filter_map(missing).collect()
 }

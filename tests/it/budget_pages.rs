@@ -184,13 +184,13 @@ fn the_headline_names_the_gain_the_largest_source_and_the_truth() {
     for part in [
         "0.0660 deg against 0.396 deg in yaw",
         "position_drift in words, 70 % of the variance",
-        "true within chance (NEES 6.10, 5.50 to 6.50",
+        "right within chance (NEES 6.10, 5.50 to 6.50",
     ] {
         assert!(sentence.contains(part), "{part} is not in: {sentence}");
     }
     let mut small = whole();
     small["paths"][0]["together"]["reported"]["nees"]["mean"] = json!(9.0);
-    assert!(budget_headline(&budget(small)).contains("is too small (NEES 9.00"));
+    assert!(budget_headline(&budget(small)).contains("are too small (NEES 9.00"));
 }
 
 /// The whole, and with parts missing: nothing simulated, no single sources, nothing analytic, two keys, nothing but a name.

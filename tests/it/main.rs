@@ -56,3 +56,5 @@ mod usbl_real;
 #[cfg(feature = "cli")]
 mod verdict;
 mod week;
+#[cfg(feature = "cli")]
+mod width;

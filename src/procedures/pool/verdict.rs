@@ -364,7 +364,7 @@ pub fn undetermined_by(
             ));
         } else if uncovered[i] {
             names.push(format!(
-                "{name} (no tied face looks that way: only the boat's motion would determine it)"
+                "{name} (no face that was hit faces that direction: only the boat's motion would determine it)"
             ));
         }
     }

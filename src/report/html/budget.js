@@ -31,6 +31,13 @@ function cellsOf(six, show = short) { return shownOf(six) ? shownOf(six).map(v =
 
 function withError(value, error) { const v = shownOf(value), e = shownOf(error); return v ? v.map((x, i) => number(e && e[i] > 0 ? withSigma(x, e[i]) : short(x))) : SOUGHT.map(() => number("-")); }
 
+/** At most 1: no path does better than the bound; counted over trials an interval. */
+function efficiency(path, i) {
+  const value = path.efficiency[i], s = path.together, ends = s && s.usable >= TELLING && s.standard_deviation_interval;
+  const end = factor => digits(Math.min(1, value / factor ** 2), 2);
+  return missing(value) ? "-" : ends ? `${end(ends.upper)} to ${end(ends.lower)}` : digits(Math.min(1, value), 2);
+}
+
 function buildFigures() {
   const rows = RESULT.paths.flatMap(path => {
     const s = path.together, name = el("b", {}, pathName(path)), list = [];
@@ -39,7 +46,7 @@ function buildFigures() {
     if (path.predicted) list.push(["bias, propagated", ...cellsOf(path.predicted.bias)], ["standard deviation, propagated", ...cellsOf(path.predicted.standard_deviation)]);
     if (path.claimed) list.push(["stated before any trial", ...cellsOf(path.claimed)]);
     if (path.bound) list.push(["Cramer-Rao bound", ...cellsOf(path.bound)]);
-    if (path.efficiency) list.push(["efficiency", ...SOUGHT.map((_, i) => number(short(path.efficiency[i])))]);
+    if (path.efficiency) list.push(["efficiency", ...SOUGHT.map((_, i) => number(efficiency(path, i)))]);
     return list.map((row, i) => [i ? "" : name, ...row]);
   });
   if (!rows.length) return;
@@ -93,7 +100,7 @@ function buildSweepTable() {
   const sweep = RESULT.sweep;
   if (!sweep) return;
   const rows = sweep.points.flatMap(point => point.paths.map(s => [...point.values.map(v => number(String(v))), BUDGET_PATHS[s.path].name, number(`${s.usable} of ${s.trials}`), ...cellsOf(s.rms), number(s.reported && s.reported.nees ? digits(s.reported.nees.mean, 2) : "-")]));
-  add("sweep-table", "Sweep: root mean square error", table([...sweep.keys.map(number), "path", number("usable"), ...UNITS, number("NEES")], rows));
+  add("sweep-table", "Sweep: root mean square error", table([...sweep.keys.map(key => number(keyWords(key))), "path", number("usable"), ...UNITS, number("NEES")], rows));
 }
 
 function buildSwathTable() {

@@ -16,7 +16,7 @@ function lineChart({ title, x, y, log, series, marks }) {
   parts.push(text(11, (box.top + height - box.bottom) / 2, y, { transform: `rotate(-90 11 ${(box.top + height - box.bottom) / 2})`, "text-anchor": "middle", class: "soft" }),
     text((box.left + width - box.right) / 2, height - 6, x, { "text-anchor": "middle", class: "soft" }));
   const lines = shown.map(s => seriesLine(s, turn, at));
-  const names = el("div", { class: "keys" }, shown.map(s => el("span", {}, el("i", { style: `background:${s.colour}` }), s.name)));
+  const names = el("div", { class: "keys" }, shown.filter(s => s.name).map(s => el("span", {}, el("i", { style: `background:${s.colour}` }), s.name)));
   return el("figure", {}, el("h3", {}, title), names, picture(width, height, title, parts, lines));
 }
 
@@ -52,8 +52,17 @@ function jointCharts(path) {
   const x = last > 1 ? "iteration; dashed: round of assignment" : "iteration", series = of => [{ name: path.name, colour: path.colour, points: steps.map((step, i) => [i + 1, of(step)]) }];
   return [
     lineChart({ title: `${path.name} path: largest step`, x, y: "in sigmas of the parameter", log: true, marks, series: series(step => step.largest_step_in_sigma) }),
-    lineChart({ title: `${path.name} path: robust cost`, x, y: "cost", log: false, marks, series: series(step => step.cost) }),
+    lineChart({ title: `${path.name} path: robust cost`, x, y: "cost by the first of its round", log: false, marks, series: costByRound(path, steps) }),
   ];
+}
+
+/** The cost of each round of assignment by its first one, a line per round: costs of different ties do not compare. */
+function costByRound(path, steps) {
+  const rounds = [...new Set(steps.map(step => step.outer))];
+  return rounds.map((outer, k) => {
+    const own = steps.map((step, i) => [i + 1, step]).filter(([, step]) => step.outer === outer), first = own[0][1].cost || 1;
+    return { name: k ? "" : path.name, colour: path.colour, points: own.map(([place, step]) => [place, step.cost / first]) };
+  });
 }
 
 /** Charts of a procedure's own reference path, put here by its scripts. */

@@ -55,6 +55,15 @@ function buildSwath() {
 
 // SWEEP
 
+const KEY_UNITS = [["_m_s", "m/s"], ["_deg", "deg"], ["_hz", "Hz"], ["_m", "m"], ["_s", "s"]];
+
+/** A scenario's key as one would say it. */
+function keyWords(key) {
+  const unit = KEY_UNITS.find(([end]) => key.endsWith(end)), bare = unit ? key.slice(0, -unit[0].length) : key;
+  const words = bare.split(".").map(part => part === "*" ? "of all" : /^\d+$/.test(part) ? String(Number(part) + 1) : part.replaceAll("_", " ")).join(" ");
+  return unit ? `${words}, ${unit[1]}` : words;
+}
+
 const SWEEP_LINES = [
   { path: "reference", name: "reference: RMS error", colour: "#b45309", of: s => s.rms, dash: "" },
   { path: "reference", name: "reference: standard deviation", colour: "#b45309", of: s => s.standard_deviation, dash: "2 3", thin: true },
@@ -68,11 +77,12 @@ function sweepCurves(sweep) {
   const x = abscissae(sweep.points.map(p => p.values[0]));
   const found = (line, i) => sweep.points.map((point, k) => {
     const s = point.paths.find(p => p.path === line.path), six = s ? shownOf(line.of(s)) : null;
-    return [x.places[k], six ? six[i] : null];
+    const ends = s && s.standard_deviation_interval;
+    return [x.places[k], six ? six[i] : null, ends && six && !line.thin && !line.dash ? [six[i] * ends.lower, six[i] * ends.upper] : null];
   });
   const all = SOUGHT.map((_, i) => SWEEP_LINES.map(line => ({ ...line, points: found(line, i) })));
   const spread = Math.max(...all.map(lines => { const v = lines.flatMap(l => l.points.map(p => p[1])).filter(y => y > 0); return v.length ? Math.max(...v) / Math.min(...v) : 1; }));
-  return SOUGHT.map((parameter, i) => plot({ title: parameter.name, sub: parameter.unit, x: { label: sweep.keys[0], log: x.log, words: x.words }, y: { label: parameter.unit, log: spread >= 5, also: spread >= 5 ? [] : [0] }, series: all[i] }));
+  return SOUGHT.map((parameter, i) => plot({ title: parameter.name, sub: parameter.unit, x: { label: keyWords(sweep.keys[0]), log: x.log, words: x.words }, y: { label: parameter.unit, log: spread >= 5, also: spread >= 5 ? [] : [0] }, series: all[i] }));
 }
 
 function sweepMaps(sweep) {
@@ -84,7 +94,7 @@ function sweepMaps(sweep) {
   };
   return SOUGHT.flatMap((parameter, i) => {
     const paths = ["joint", "reference"], values = paths.flatMap(path => rows.flatMap((_, r) => columns.map((_, c) => at(path, i)(r, c)))).filter(v => v > 0);
-    return paths.map(path => pairMap({ title: `${parameter.name}, ${BUDGET_PATHS[path].name.toLowerCase()}`, sub: `RMS error, ${parameter.unit}`, rows, columns, value: at(path, i), low: Math.min(...values), high: Math.max(...values), name: sweep.keys[1] }));
+    return paths.map(path => pairMap({ title: `${parameter.name}, ${BUDGET_PATHS[path].name.toLowerCase()}`, sub: `RMS error, ${parameter.unit}`, rows, columns, value: at(path, i), low: Math.min(...values), high: Math.max(...values), name: keyWords(sweep.keys[1]) }));
   });
 }
 
@@ -92,7 +102,7 @@ function buildSweep() {
   const sweep = RESULT.sweep;
   if (!sweep) return;
   const single = sweep.keys.length === 1, lost = sweep.points.flatMap(p => p.refusals.map(r => `${p.values.join(", ")}: ${BUDGET_PATHS[r.path].name.toLowerCase()} ${r.count} (${r.example})`));
-  add("sweep", `How it changes with ${sweep.keys.join(" and ")}`, single ? keys(SWEEP_LINES) : note(`Rows: ${sweep.keys[0]}; columns: ${sweep.keys[1]}. Colours of a parameter have the same scale for both paths, logarithmic.`),
+  add("sweep", `How it changes with ${sweep.keys.map(keyWords).join(" and ")}`, single ? keys(SWEEP_LINES) : note(`Rows: ${keyWords(sweep.keys[0])}; columns: ${keyWords(sweep.keys[1])}. Colours of a parameter have the same scale for both paths, logarithmic.`),
     el("div", { class: single ? "grid3" : "pairs" }, single ? sweepCurves(sweep) : sweepMaps(sweep)),
-    note(`${sweep.trials} trials at each point, under the same seeds, so that differences are not noise.`, lost.length ? ` Trials without a usable result: ${lost.join("; ")}.` : ""));
+    note(sweep.trials ? `${sweep.trials} trials at each point, under the same seeds, so that differences are not noise. Bars: ${percent(RESULT.confidence)} of chance.` : "By propagation, without a trial.", lost.length ? ` Trials without a usable result: ${lost.join("; ")}.` : ""));
 }

@@ -58,7 +58,7 @@ function plot({ title, sub, x, y, series, marks = [], width = 380, height = 260 
   const seen = series.map(s => ({ ...s, points: s.points.filter(p => !missing(p[0]) && !missing(p[1]) && (!y.log || p[1] > 0)) })).filter(s => s.points.length);
   const head = el("h3", {}, title, sub ? el("small", {}, `  ${sub}`) : "");
   if (!seen.length) return el("figure", {}, head, note("nothing to show"));
-  const flat = seen.flatMap(s => s.points), across = scale(flat.map(p => p[0]), x.log, box.left, width - box.right, 6);
+  const flat = seen.flatMap(s => s.points.flatMap(p => p[2] ? [p, [p[0], p[2][0]], [p[0], p[2][1]]] : [p])), across = scale(flat.map(p => p[0]), x.log, box.left, width - box.right, 6);
   const up = scale([...flat.map(p => p[1]), ...marks.map(m => m.y), ...(y.also || [])], y.log, height - box.bottom, box.top, 5);
   const parts = [...frame(box, width, height, x, y, across, up), ...levels(marks, up, box, width)];
   return el("figure", {}, head, picture(width, height, title, parts, seen.map(s => curve(s, across, up))));
@@ -91,7 +91,7 @@ function curve(s, across, up) {
   const places = s.points.map(([x, y]) => [across.at(x).toFixed(1), up.at(y).toFixed(1)]);
   const line = s.line === false ? [] : [svg("polyline", { points: places.map(p => p.join(",")).join(" "), fill: "none", stroke: s.colour, "stroke-width": s.thin ? 1.2 : 2, "stroke-dasharray": s.dash || null })];
   const dots = s.dots === false ? [] : places.map(([cx, cy]) => svg("circle", { cx, cy, r: 2.6, fill: s.colour }));
-  return [...line, ...dots];
+  return [...line, ...dots, ...s.points.filter(p => p[2]).map(([x, , [low, high]]) => svg("line", { x1: across.at(x), x2: across.at(x), y1: up.at(low), y2: up.at(high), stroke: s.colour, "stroke-width": 1.2 }))];
 }
 
 /** The values of one key as abscissae: numbers where all are, places in the list otherwise. */

@@ -1,6 +1,11 @@
 // Which source costs how much: stacked bars and tornado.
 
 const ORIGINS = [["analytic", "analytic"], ["monte_carlo", "Monte Carlo"]];
+/** Trials below which their variance says little of a share: one sigma of it is above a fifth. */
+const TELLING = 50;
+const fewTrials = RESULT.paths.flatMap(path => path.shares).filter(s => s.origin === "monte_carlo" && s.source !== "nothing" && s.share && s.usable < TELLING);
+fewTrials.forEach(s => { s.share = null; });
+
 const APART = ["nothing", "remainder", "interaction"];
 const TITLES = Object.fromEntries(RESULT.sources.map(s => [s.source, s.title]));
 TITLES.remainder = "remainder (together minus the sum)";
@@ -60,7 +65,7 @@ function buildShares() {
   if (!figures.length) return;
   const entries = Object.keys(COLOURS).map(source => ({ name: titleOf(source), colour: COLOURS[source] }));
   add("shares", "Which source costs how much", keys([...entries, { name: "smaller sources", colour: OTHERS }, { name: titleOf("remainder"), colour: REST }]), el("div", { class: "row3" }, figures),
-    note("Share of the variance of each parameter. 100 % is the variance of all sources together; the parts can add to more where sources compensate each other, and chance is in parts that were simulated. Without bias."));
+    note("Share of the variance of each parameter. 100 % is the variance of all sources together; the parts can add to more where sources compensate each other, and chance is in parts that were simulated. Without bias.", fewTrials.length ? ` Shares by trials are left out: ${TELLING} of each source are needed.` : ""));
 }
 
 // TORNADO

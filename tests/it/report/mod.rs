@@ -4,7 +4,7 @@
 
 mod fixture;
 
-use boresight::report::{csv, headline, html, json, text, write_all};
+use boresight::report::{Export, csv, headline, html, json, text, write_all};
 use boresight::results::{Calibration, Page, SCHEMA, Verdict};
 use serde_json::Value;
 
@@ -256,13 +256,30 @@ fn a_refused_run_shows_its_reason_and_no_numbers() {
 fn the_table_of_parameters_has_every_solution_before_and_after() {
     let table = csv::parameters(&fixture::result());
     let lines: Vec<&str> = table.lines().collect();
-    assert_eq!(lines.len(), 1 + 6 + 7);
+    assert_eq!(lines.len(), 1 + 7 + 6 + 7);
     assert_eq!(
         lines[0],
-        "solution,parameter,unit,before,after,correction,sigma,determined,usable"
+        "solution,parameter,unit,before,after,correction,sigma,determined,usable,verdict"
     );
-    assert_eq!(lines[3], "reference,yaw,deg,0,1.5042,1.5042,,true,true");
-    assert!(lines[13].starts_with("joint,range_scale,1,0,0.000021,0.000021,0.00011,true"));
+    assert!(lines[1].starts_with("enter,roll,deg,"), "{}", lines[1]);
+    assert!(lines[10].starts_with("reference,yaw,deg,0,1.5042,1.5042,,true,true,"));
+    assert!(lines[20].starts_with("joint,range_scale,1,0,0.000021,0.000021,0.00011,true"));
+}
+
+#[test]
+fn every_export_has_the_values_of_the_card_and_fits_a_terminal() {
+    let result = fixture::result();
+    for form in Export::ALL {
+        let said = form.text(&result, "fixture");
+        assert!(said.contains("roll") || said.contains("Roll"), "{said}");
+        if form != Export::Csv && form != Export::Latex {
+            assert!(said.lines().all(|l| l.chars().count() <= 80), "{said}");
+        }
+    }
+    let mut refused = result;
+    refused.usable = false;
+    let said = Export::Sis.text(&refused, "fixture");
+    assert!(said.contains("nothing to enter"), "{said}");
 }
 
 #[test]
@@ -331,6 +348,7 @@ fn both_files_are_written_and_the_pages_open_in_a_browser_without_errors() {
             &folder.join(kind),
             &result,
             &fixture::page(&fixture::samples(6000)),
+            &[],
         )
         .unwrap();
         assert_eq!(
@@ -374,7 +392,7 @@ fn a_bare_result_of_one_path_opens_in_a_browser_too() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("report/bare");
     let bare = boresight::procedures::pool::summary::ReportSamples::default();
     let page = boresight::procedures::pool::summary::packed_page(&bare, "bare").unwrap();
-    let written = write_all(&folder, &result, &page).unwrap();
+    let written = write_all(&folder, &result, &page, &[]).unwrap();
     let (elements, messages) = crate::browser::open(&program, &written.report);
     assert!(
         !messages.contains("CONSOLE") && elements.contains("data-ready=\"yes\""),

@@ -11,6 +11,7 @@
 //! | [`swath`] | what a calibration's covariance means for a sounding, against IHO S-44 |
 //! | [`soundings`] | the same for a scenario's sensors, as a section of `result.json` |
 //! | [`plan`], [`passes`], [`fusion`] | which pass to sail next, and how many |
+//! | [`sailed`] | a survey that was sailed as a scenario to plan on |
 //! | [`planned`] | the plan as `plan.json` |
 
 pub mod analytic;
@@ -21,6 +22,7 @@ pub mod plan;
 pub mod planned;
 mod propagate;
 pub mod records;
+pub mod sailed;
 pub mod soundings;
 pub mod sources;
 pub mod swath;

@@ -40,6 +40,37 @@ pub struct PlanRequest {
     pub most: usize,
 }
 
+impl PlanRequest {
+    /// The same with candidates of other distances, speeds, headings and ways where none of them is asked for: half the nearest distance
+    /// of the scenario's passes to twice the farthest, their speeds and half of them, 10 deg more and less of heading, both ways.
+    #[must_use]
+    pub fn widened(mut self, scenario: &Scenario) -> Self {
+        let lists = [&self.distances_m, &self.speeds_m_s, &self.crabs_deg];
+        if self.both_directions || lists.iter().any(|list| !list.is_empty()) {
+            return self;
+        }
+        let passes = scenario.pass.iter();
+        let ends = passes.clone().map(|p| p.distance_m);
+        let near = ends.clone().fold(f64::INFINITY, f64::min) / 2.0;
+        let far = ends.fold(0.0, f64::max) * 2.0;
+        let step = |k: i32| near * (far / near).powf(f64::from(k) / 4.0);
+        self.distances_m = (0..5).map(|k| (2.0 * step(k)).round() / 2.0).collect();
+        self.speeds_m_s = passes
+            .clone()
+            .flat_map(|p| [p.speed_m_s, p.speed_m_s / 2.0])
+            .collect();
+        self.crabs_deg = passes
+            .flat_map(|p| [p.crab_deg - TURN_DEG, p.crab_deg, p.crab_deg + TURN_DEG])
+            .filter(|crab| crab.abs() < 90.0)
+            .collect();
+        self.both_directions = true;
+        self
+    }
+}
+
+/// Headings more and less than those of the scenario that are tried, degrees.
+const TURN_DEG: f64 = 10.0;
+
 /// A candidate pass.
 #[derive(Debug)]
 pub struct Candidate {
@@ -207,7 +238,8 @@ pub fn candidates(scenario: &Scenario, request: &PlanRequest) -> Vec<Pass> {
     all
 }
 
-/// Adds the best candidate again and again until everything wanted is reached; of equals the first.
+/// Adds the best candidate again and again until everything wanted is reached, of equals the first; where one pass is enough, the one
+/// that is sailed quickest.
 fn greedy(sailed: &Fusion, candidates: &[Candidate], request: &PlanRequest) -> Vec<Step> {
     let mut here = sailed.clone();
     let mut steps: Vec<Step> = vec![];
@@ -220,10 +252,21 @@ fn greedy(sailed: &Fusion, candidates: &[Candidate], request: &PlanRequest) -> V
             .is_some_and(|s| reached(&s.covariance, request))
     {
         let with = |(k, information)| (k, information, here.with(information).covariance());
-        let best = offered(candidates)
-            .map(with)
-            .min_by(|a, b| worth(&a.2, request).total_cmp(&worth(&b.2, request)));
-        let Some((candidate, information, covariance)) = best else {
+        let all: Vec<_> = offered(candidates).map(with).collect();
+        let duration_s = |k: usize| {
+            let pass = &candidates[k].pass;
+            (pass.to_m - pass.from_m).abs() / pass.speed_m_s
+        };
+        let worth = |c: &Matrix6<f64>| worth(c, request);
+        let better = |a: f64, b: f64, c: f64, d: f64| a.total_cmp(&b).then(c.total_cmp(&d));
+        let enough = all.iter().filter(|(_, _, c)| reached(c, request));
+        let quickest = enough
+            .min_by(|a, b| better(duration_s(a.0), duration_s(b.0), worth(&a.2), worth(&b.2)));
+        let best = quickest.or_else(|| {
+            all.iter()
+                .min_by(|a, b| worth(&a.2).total_cmp(&worth(&b.2)))
+        });
+        let Some(&(candidate, information, covariance)) = best else {
             break;
         };
         here.add(information);

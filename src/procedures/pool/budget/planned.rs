@@ -1,6 +1,6 @@
 //! The plan as `plan.json`, with scenario values that cannot be mixed in one survey compared beside it.
 
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Vector3};
 use rayon::prelude::*;
 
 use super::fusion::sigmas;
@@ -9,6 +9,7 @@ use super::plan::{Candidate, Plan, PlanRequest, name, plan};
 use super::trials::content;
 use crate::calibrate::vary::Point;
 use crate::formats::digest::sha256_of;
+use crate::geometry::frames;
 use crate::procedures::pool::JointConfig;
 use crate::results::{
     BudgetParameter, Figures, PLAN_FORMAT_VERSION, PlanCandidate, PlanResult, PlanStep,
@@ -50,14 +51,18 @@ pub fn planned(
         criterion: request.criterion,
         parameters: parameters(),
         wanted: shown(request.wanted),
-        sailed: sailed.map(pass).collect(),
+        sailed: sailed.map(|p| pass(p, scenario)).collect(),
         sailed_standard_deviation: found.start.as_ref().and_then(figures),
         chosen: steps(&found),
         most: request.most as u64,
         passes_needed: found.needed.map(|n| n as u64),
         floor: Some(shown(found.floor)),
         unreachable: unreachable(&found, request),
-        candidates: found.candidates.iter().map(candidate).collect(),
+        candidates: found
+            .candidates
+            .iter()
+            .map(|c| candidate(c, scenario))
+            .collect(),
         faces_from_above_m: from_above(scenario),
         variations: variations(points, &free, progress),
         notes: notes(scenario, points, config),
@@ -86,7 +91,8 @@ fn parameters() -> Vec<BudgetParameter> {
     NAMES.iter().enumerate().map(parameter).collect()
 }
 
-fn pass(pass: &Pass) -> PlannedPass {
+fn pass(pass: &Pass, scenario: &Scenario) -> PlannedPass {
+    let there = |y: f64| Some(on_earth(scenario, pass.distance_m, y));
     PlannedPass {
         name: name(pass),
         distance_m: pass.distance_m,
@@ -94,13 +100,25 @@ fn pass(pass: &Pass) -> PlannedPass {
         to_m: pass.to_m,
         speed_m_s: pass.speed_m_s,
         crab_deg: pass.crab_deg,
+        begin_deg: there(pass.from_m),
+        end_deg: there(pass.to_m),
     }
 }
 
-fn candidate(candidate: &Candidate) -> PlanCandidate {
+/// Latitude and longitude of a place before the wall, degrees.
+fn on_earth(scenario: &Scenario, distance_m: f64, y: f64) -> [f64; 2] {
+    let pose = scenario.target.pose();
+    let place = frames::Point::<frames::Target>::new(Vector3::new(-distance_m, y, 0.0));
+    let found = pose
+        .ellipsoid
+        .to_geodetic(&(pose.ecef_from_target() * place));
+    [found.latitude_rad, found.longitude_rad].map(f64::to_degrees)
+}
+
+fn candidate(candidate: &Candidate, scenario: &Scenario) -> PlanCandidate {
     let told = candidate.information.as_ref();
     PlanCandidate {
-        pass: pass(&candidate.pass),
+        pass: pass(&candidate.pass, scenario),
         soundings: told.map_or(0, |i| i.soundings as u64),
         returns: told.map_or(0, |i| i.returns as u64),
         standard_deviation_if_next: candidate.next.as_ref().and_then(figures),

@@ -18,6 +18,10 @@ const SOUNDINGS = {
   residual: Object.fromEntries(PATHS.map(path => [path.key, floats(SAMPLES.soundings.residual[path.key])])),
   face: floats(SAMPLES.soundings.face),
   used: floats(SAMPLES.soundings.used),
+  across: floats(SAMPLES.soundings.across_deg),
+  range: floats(SAMPLES.soundings.range_m),
+  time: floats(SAMPLES.soundings.time_s),
+  sigma: floats(SAMPLES.soundings.stated_sigma_m),
 };
 
 const RETURNS = {

@@ -4,9 +4,22 @@ function buildFaces() {
   const entries = SAMPLES.face_statistics.filter(entry => entry.soundings);
   if (!entries.length) return;
   const paths = PATHS.filter(path => entries.some(entry => !missing(entry.rms_m[path.key]))), mm = value => number(missing(value) ? "-" : digits(1e3 * value, 1));
-  add("faces", "Residuals by face", table(["face", "role", number("soundings"), ...paths.flatMap(path => [number(`${path.name}: mean, mm`), number("RMS, mm")])],
-    entries.map(entry => [SAMPLES.faces[entry.face].name, SAMPLES.faces[entry.face].role, number(grouped(entry.soundings)), ...paths.flatMap(path => [mm(entry.mean_m[path.key]), mm(entry.rms_m[path.key])])])),
-  note("All used soundings, distances along the outward normal: positive in front of the face."));
+  add("faces", "Residuals by face", table(["face", "role", number("soundings"), number("per m2"), ...paths.flatMap(path => [number(`${path.name}: mean, mm`), number("RMS, mm")])],
+    entries.map(entry => [SAMPLES.faces[entry.face].name, SAMPLES.faces[entry.face].role, number(grouped(entry.soundings)), number(short(entry.soundings / areaOf(SAMPLES.faces[entry.face].vertices_m))), ...paths.flatMap(path => [mm(entry.mean_m[path.key]), mm(entry.rms_m[path.key])])])),
+  note("All used soundings, distances along the outward normal: positive in front of the face. Per m2: of the whole face, above water too."), notSounded());
+}
+
+/** Area of a plane polygon, square metres. */
+function areaOf(vertices) {
+  const sum = [0, 0, 0];
+  vertices.forEach((a, i) => cross(a, vertices[(i + 1) % vertices.length]).forEach((v, k) => { sum[k] += v / 2; }));
+  return Math.sqrt(dot(sum, sum));
+}
+
+/** Faces that no sounding is tied to. */
+function notSounded() {
+  const seen = new Set(SAMPLES.face_statistics.filter(entry => entry.soundings).map(entry => entry.face)), names = SAMPLES.faces.filter((_, i) => !seen.has(i)).map(face => face.name);
+  return names.length ? note(`Without soundings: ${names.join(", ")}.`) : [];
 }
 
 function buildPose() {
@@ -26,4 +39,4 @@ function referenceChart(solution) {
 const reference = RESULT.solutions.reference;
 if (reference && reference.details && reference.details.passes.length) OWN_CONVERGENCE.push(referenceChart(reference));
 
-OWN.push(buildScene, buildMaps, buildFaces, buildPose);
+OWN.push(buildScene, buildMaps, buildResiduals, buildFaces, buildPose);

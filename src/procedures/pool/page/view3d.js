@@ -269,11 +269,11 @@ function listen(scene) {
   for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, event => fingers.delete(event.pointerId));
   canvas.addEventListener("contextmenu", event => event.preventDefault());
   canvas.addEventListener("wheel", event => { event.preventDefault(); scene.zoom(Math.exp(0.0012 * event.deltaY)); }, { passive: false });
-  canvas.addEventListener("keydown", event => keys(scene, event));
+  canvas.addEventListener("keydown", event => turnByKey(scene, event));
   new ResizeObserver(() => scene.redraw()).observe(canvas);
 }
 
-function keys(scene, event) {
+function turnByKey(scene, event) {
   const turns = { ArrowLeft: [-0.08, 0], ArrowRight: [0.08, 0], ArrowUp: [0, 0.08], ArrowDown: [0, -0.08] };
   if (turns[event.key]) scene.turn(...turns[event.key]);
   else if (event.key === "+" || event.key === "=") scene.zoom(0.9);

@@ -9,10 +9,11 @@ use crate::calibrate::truth::{TrueMounting, TrueValues};
 use crate::results::{Calibration, Page};
 use crate::simulate::Truth;
 
-const SCRIPTS: [&str; 4] = [
+const SCRIPTS: [&str; 5] = [
     include_str!("../page/draw.js"),
     include_str!("../page/view3d.js"),
     include_str!("../page/maps.js"),
+    include_str!("../page/residuals.js"),
     include_str!("../page/page.js"),
 ];
 
@@ -101,6 +102,11 @@ struct Soundings {
     residual: PerPath<Packed>,
     face: Packed,
     used: Packed,
+    across_deg: Packed,
+    range_m: Packed,
+    /// After the first sounding's.
+    time_s: Packed,
+    stated_sigma_m: Packed,
 }
 
 /// Laser returns by column.
@@ -118,6 +124,7 @@ struct Returns {
 struct Packed(String);
 
 fn soundings(all: &[SoundingSample]) -> Soundings {
+    let begin_s = all.iter().map(|s| s.time_s).fold(f64::INFINITY, f64::min);
     Soundings {
         count: all.len(),
         nominal: Packed::points(all.iter().map(|s| Some(s.nominal_m))),
@@ -134,6 +141,10 @@ fn soundings(all: &[SoundingSample]) -> Soundings {
         },
         face: Packed::faces(all.iter().map(|s| s.face)),
         used: Packed::flags(all.iter().map(|s| s.used)),
+        across_deg: Packed::values(all.iter().map(|s| Some(s.across_deg))),
+        range_m: Packed::values(all.iter().map(|s| Some(s.range_m))),
+        time_s: Packed::values(all.iter().map(|s| Some(s.time_s - begin_s))),
+        stated_sigma_m: Packed::values(all.iter().map(|s| s.stated_sigma_m)),
     }
 }
 

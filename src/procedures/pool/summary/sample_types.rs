@@ -58,6 +58,14 @@ pub struct SoundingSample {
     pub residual_m: PerPath<f64>,
     /// Whether it entered the final adjustment.
     pub used: bool,
+    /// Across-track angle of the beam, positive to starboard, degrees.
+    pub across_deg: f64,
+    /// Slant range, metres.
+    pub range_m: f64,
+    /// Time of the ping on the trajectory's clock, seconds.
+    pub time_s: f64,
+    /// Standard deviation of its distance from the face by what the survey states of sonar and INS, metres; `None` without a face.
+    pub stated_sigma_m: Option<f64>,
 }
 
 /// One laser return of the pictures.

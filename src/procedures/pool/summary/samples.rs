@@ -4,11 +4,13 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::super::run::PoolOutcome;
-use super::super::ties::{Tie, TieSet};
+use super::super::ties::{Tie, TieSet, TrajectoryVariance, sounding_variance};
 use super::residuals::{Model, Residuals, Sums, sounding_point};
 use super::sample_types::{
     FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample,
 };
+use crate::georef::along_normal;
+use crate::observe::Mounting;
 use crate::target::Role;
 
 /// Most tied soundings or returns that are shown, and most of the others.
@@ -89,6 +91,12 @@ fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample
             tie.and_then(|t| Some(residuals.faces[t.face as usize]?.distance_m(p)))
         };
         let before = place(Some(nominal))?;
+        let mounting = models
+            .joint
+            .or(models.reference)
+            .unwrap_or(nominal)
+            .mounting;
+        let pose = outcome.scene.sounding_pose(*row, 0.0)?;
         Some(SoundingSample {
             nominal_m: before.into(),
             position_m: each(&at, |p| Some((*p).into())),
@@ -96,10 +104,34 @@ fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample
             nominal_residual_m: off(&before),
             residual_m: each(&at, off),
             used: tie.is_some(),
+            across_deg: outcome.scene.campaign.soundings.across_rad[*row].to_degrees(),
+            range_m: outcome.scene.beam(*row, &pose, &mounting)?.range_m,
+            time_s: outcome.scene.campaign.soundings.time_s[*row],
+            stated_sigma_m: tie.and_then(|t| {
+                let plane = residuals.faces[t.face as usize]?;
+                stated_sigma_m(outcome, *row, &mounting, &plane.normal)
+            }),
         })
     };
     let rows = chosen(outcome.scene.campaign.soundings.len(), &residuals.ties);
     rows.par_iter().filter_map(sample).collect()
+}
+
+/// What the survey's noise figures make of a sounding's distance along a normal: the beam's own noise and the INS's, drift included.
+fn stated_sigma_m(
+    outcome: &PoolOutcome,
+    row: usize,
+    mounting: &Mounting,
+    normal: &Vector3<f64>,
+) -> Option<f64> {
+    let scene = &outcome.scene;
+    let pose = scene.sounding_pose(row, 0.0)?;
+    let partials = scene.beam(row, &pose, mounting)?.partials();
+    let along = along_normal(&pose, mounting, &partials.vector_m, normal);
+    let gain = partials.jacobian.tr_mul(&along.sensor);
+    let own_m2 = sounding_variance(&scene.campaign.soundings.noise, &gain);
+    let of_ins = TrajectoryVariance::new(&scene.campaign.trajectory.noise, true);
+    Some((own_m2 + of_ins.along(&along.attitude)).sqrt())
 }
 
 /// Applies `f` to the value of each path.

@@ -74,7 +74,7 @@ fn notes(scene: &RailScene) -> Vec<String> {
     let mut notes = vec![
         "lever arms along the rail are seen only through the table's turns, relative to its centre of rotation: the rail is the same all along"
             .to_owned(),
-        "angles and offsets are as good as the stated orientation and place of the rail and of the table's centre of rotation; between profilers they are better"
+        "errors of the stated orientation and place of the rail and of the table's centre of rotation pass into the angles and offsets in full; between profilers they cancel"
             .to_owned(),
     ];
     notes.extend(week::passed("profiles", &scene.campaign.points.time_s));
