@@ -27,7 +27,7 @@ section! {
         /// Most soundings of a tile.
         soundings_per_tile: usize = or (60), Kind::Count(limits(16.0, 256.0, "16 to 256"));
         /// Most tiles.
-        max_tiles: usize = or (600), Kind::Count(limits(20.0, 100_000.0, "20 to 100000"));
+        max_tiles: usize = or (1500), Kind::Count(limits(20.0, 100_000.0, "20 to 100000"));
         /// Most passes of the fine phase.
         max_passes: usize = or (16), Kind::Count(limits(6.0, 100.0, "6 to 100"));
         /// Soundings with a larger standardised residual are dropped.

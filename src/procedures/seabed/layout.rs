@@ -50,6 +50,8 @@ pub struct Pair {
     pub apart_m: f64,
     /// Faster speed over slower.
     pub speed_ratio: f64,
+    /// Whether they were sailed in opposite directions.
+    pub opposite: bool,
     /// Tiles that both sounded.
     pub tiles: usize,
 }
@@ -94,6 +96,8 @@ impl Layout {
             self.has(PairKind::Offset),
             self.has(PairKind::Crossing),
         );
+        // side by side in one direction, a roll looks like an error of the profile: outer beams against inner ones
+        let opposite = self.pairs.iter().any(|pair| pair.opposite);
         let unless = |there: bool, why: &'static str| (!there).then_some(why);
         [
             unless(
@@ -101,8 +105,8 @@ impl Layout {
                 "pitch needs a line sailed back on the same track, or one across it",
             ),
             unless(
-                reciprocal || offset || crossing,
-                "roll needs a line sailed back, one beside it, or one across",
+                opposite || crossing,
+                "roll needs a line sailed the other way, on the same track or beside it, or one across",
             ),
             unless(
                 offset || crossing,
@@ -172,6 +176,7 @@ fn pair(tracks: &[Track], lines: [usize; 2], tiles: usize, depth_m: f64) -> Pair
             apart_m
         },
         speed_ratio: fast / slow.max(1e-6),
+        opposite: kind != PairKind::Crossing && along < 0.0,
         tiles,
     }
 }

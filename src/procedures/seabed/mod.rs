@@ -7,9 +7,10 @@
 //! | [`screen`], [`tiles`], [`field`], [`reml`] | gross errors; pieces of seabed; collocation; the field's parameters |
 //! | [`normal`], [`joint()`] | the adjustment |
 //! | [`shared`] | what soundings of one ping have in common |
+//! | [`surface`], `views` | lines against each other in small cells; what the report draws of them |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
 //! | [`simulate`](mod@simulate) | surveys of a known seabed |
-//! | [`reference`](mod@reference) | the classical patch test, and the paper's overall adjustment |
+//! | [`reference`](mod@reference) | the classical patch test; features matched between lines, and the paper's overall adjustment of them |
 
 pub mod apply;
 mod cones;
@@ -29,15 +30,17 @@ pub mod shared;
 pub mod simulate;
 pub mod states;
 mod summary;
+pub mod surface;
 pub mod survey;
 pub mod tiles;
 mod trials;
 pub mod verdict;
+mod views;
 
 pub use config::{JointSettings, SeabedConfig};
 pub use joint::{Joint, JointError, joint};
 pub use layout::Layout;
-pub use reference::{Patch, PatchConfig, patch_test};
+pub use reference::{Patch, Reference, ReferenceConfig, ReferenceError, patch_test};
 pub use run::{SeabedInput, SeabedOutcome, calibrate};
 pub use scene::Scene;
 pub use verdict::{Judgement, judge};

@@ -360,6 +360,12 @@ pub struct Adjusted {
 }
 
 impl Located {
+    /// Velocity of the boat over ground, metres per second.
+    #[must_use]
+    pub fn velocity_m_s(&self) -> Vector3<f64> {
+        self.velocity_m_s
+    }
+
     /// Derivatives of the point with respect to each parameter, at the adjusted observation; `deep_m` is [`Locator::deep_m`].
     #[must_use]
     pub fn columns(&self, adjusted: &Adjusted, deep_m: Vector3<f64>) -> [Vector3<f64>; COUNT] {

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use super::field::{Field, Points};
 
-/// Where the parameters are looked for; an estimate at a bound of `noise_factor` or `length_m` is no estimate.
+/// Where the parameters are looked for; an estimate at a bound of `noise_factor`, the lower one of `length_m` or the upper one of
+/// `sigma_m` is no estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// Relief, metres.
@@ -38,6 +39,10 @@ impl Bounds {
                 "the noise of the soundings is {:.2} times the claimed one",
                 field.noise_factor
             ));
+        }
+        if field.sigma_m > self.sigma_m[1] * 0.99 {
+            let words = "the ground is waves or steps, not the random relief that the sigmas are made for: its relief would be more than";
+            return Some(format!("{words} {} m", self.sigma_m[1]));
         }
         (field.length_m < self.length_m[0] * 1.01).then(|| {
             format!(
@@ -173,4 +178,33 @@ pub fn restricted_likelihood(tiles: &[Points], start: &Field, bounds: &Bounds) -
         length_m: length,
         noise_factor: factor,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sand waves of 0.4 m end at the bound of the relief, and yaw was off by 2.5 sigmas rms on them.
+    #[test]
+    fn a_field_at_a_bound_is_no_estimate() {
+        let sound = Field {
+            sigma_m: 0.12,
+            length_m: 5.0,
+            noise_factor: 1.0,
+        };
+        let bounds = Bounds::default();
+        assert_eq!(bounds.reached(&sound), None);
+        let waves = Field {
+            sigma_m: 4.999,
+            length_m: 50.0,
+            ..sound
+        };
+        let words = bounds.reached(&waves).expect("refused");
+        assert!(words.contains("waves"), "{words}");
+        let noise = Field {
+            noise_factor: 1.9,
+            ..sound
+        };
+        assert!(bounds.reached(&noise).expect("refused").contains("1.90"));
+    }
 }

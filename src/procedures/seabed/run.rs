@@ -3,7 +3,7 @@
 use super::config::JointSettings;
 use super::joint::{Joint, JointError, Overlap, joint, overlap};
 use super::layout::Layout;
-use super::reference::{Patch, PatchConfig, patch_test};
+use super::reference::{Reference, ReferenceConfig, ReferenceError, features, patch_test};
 use super::scene::Scene;
 use super::states::States;
 use super::verdict::{Judgement, judge};
@@ -18,17 +18,36 @@ pub struct SeabedInput<'a> {
     /// The joint path.
     pub joint: &'a JointSettings,
     /// The reference path.
-    pub reference: &'a PatchConfig,
+    pub reference: &'a ReferenceConfig,
 }
 
 /// What both paths found.
 pub struct SeabedOutcome {
     /// The reference path, where it ran.
-    pub reference: Option<Result<Patch, JointError>>,
+    pub reference: Option<Result<Reference, ReferenceError>>,
     /// The joint path with its judgement, where it ran.
     pub joint: Option<Result<(Joint, Judgement), JointError>>,
     /// How the lines lie and meet; nothing where they do not.
     pub layout: Layout,
+    /// Which soundings passed the screen and the tests of their residuals; empty where the lines do not meet.
+    pub alive: Vec<bool>,
+}
+
+/// The reference path that the survey names.
+fn by_reference(
+    input: &SeabedInput<'_>,
+    alive: &[bool],
+    layout: &Layout,
+) -> Result<Reference, ReferenceError> {
+    let (scene, config) = (input.scene, input.reference);
+    let states = States::new(&scene.lines, &scene.ins, scene.priors.line_height_m);
+    let widest_rad = input.joint.max_angle_deg.to_radians();
+    if config.by_features() {
+        let found = features(scene, &states, alive, layout, config, widest_rad)?;
+        return Ok(Reference::Features(found));
+    }
+    let found = patch_test(scene, &states, alive, layout, config, widest_rad);
+    Ok(Reference::Patch(found))
 }
 
 /// Calibrates.
@@ -45,19 +64,8 @@ pub fn calibrate(input: &SeabedInput<'_>) -> SeabedOutcome {
         None => overlap(scene, input.joint),
     };
     let layout = Layout::new(scene, met.as_ref().map_or(&[], |met| &met.tiles));
-    let by_reference = (input.method != Method::Joint).then(|| {
-        let met = met?;
-        let states = States::new(&scene.lines, &scene.ins, scene.priors.line_height_m);
-        let widest_rad = input.joint.max_angle_deg.to_radians();
-        Ok(patch_test(
-            scene,
-            &states,
-            &met.alive,
-            &layout,
-            input.reference,
-            widest_rad,
-        ))
-    });
+    let by_reference = (input.method != Method::Joint)
+        .then(|| by_reference(input, &met.as_ref().map_err(Clone::clone)?.alive, &layout));
     SeabedOutcome {
         reference: by_reference,
         joint: found.map(|found| {
@@ -66,5 +74,6 @@ pub fn calibrate(input: &SeabedInput<'_>) -> SeabedOutcome {
             Ok((found, judged))
         }),
         layout,
+        alive: met.map_or_else(|_| vec![], |met| met.alive),
     }
 }

@@ -7,11 +7,12 @@ use serde_json::json;
 
 use super::joint::{Joint, JointError};
 use super::model::{COUNT, PARAMETERS, Values};
-use super::reference::Patch;
+use super::reference::{Reference, ReferenceError};
 use super::run::{SeabedInput, SeabedOutcome};
 use super::scene::Scene;
 use super::simulate::SeabedTruth;
 use super::verdict::{Judgement, Reason};
+use super::views::views;
 use crate::adjust::Unit;
 use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
@@ -48,7 +49,7 @@ pub(super) fn result(
 ) -> Calibration {
     let reference = outcome.reference.as_ref();
     let solutions = Solutions {
-        reference: reference.map(|found| by_patch_test(found, input.scene)),
+        reference: reference.map(|found| by_reference(found, input.scene)),
         joint: outcome
             .joint
             .as_ref()
@@ -98,7 +99,7 @@ fn scatter(words: &str) -> Finding {
     )
 }
 
-fn no_solution(error: &JointError) -> Verdict {
+fn no_solution(error: &dyn std::error::Error) -> Verdict {
     let advice = "sail a line back on the same track and one beside it";
     Verdict::not_determined(vec![Finding::new(
         "no_solution",
@@ -123,7 +124,8 @@ fn verdict(outcome: &SeabedOutcome, reference: Option<&Solution>) -> Verdict {
                 Verdict::not_determined(findings)
             }
         }
-        (Some(Err(error)), _) | (None, Some(Err(error))) => no_solution(error),
+        (Some(Err(error)), _) => no_solution(error),
+        (None, Some(Err(error))) => no_solution(error),
         (None, _) => match reference {
             Some(found) if !found.usable => Verdict::not_determined(vec![Finding::new(
                 "layout",
@@ -223,45 +225,37 @@ fn covariance(joint: &Joint) -> DMatrix<f64> {
     })
 }
 
-fn by_patch_test(found: &Result<Patch, JointError>, scene: &Scene) -> Solution {
-    let patch = match found {
+fn by_reference(found: &Result<Reference, ReferenceError>, scene: &Scene) -> Solution {
+    let reference = match found {
         Ok(found) => found,
         Err(error) => return Solution::without_result(Status::Refused, error.to_string()),
     };
-    let mounting = &patch.values.mounting;
+    let values = reference.values();
     let mounted = Mounted {
         name: "multibeam",
-        rotation: (&mounting.rotation, &scene.nominal.rotation),
-        lever_arm_m: Some((mounting.lever_arm_m, scene.nominal.lever_arm_m)),
+        rotation: (&values.mounting.rotation, &scene.nominal.rotation),
+        lever_arm_m: Some((values.mounting.lever_arm_m, scene.nominal.lever_arm_m)),
         covariance: None,
     };
-    let latency = parameter("latency", Unit::Second, patch.values.latency_s, None);
+    let latency = parameter("latency", Unit::Second, values.latency_s, None);
+    let scale = parameter("range scale", Unit::One, values.range_scale, None);
     let angles = mounted.parameters("").into_iter().take(3);
-    let parameters = angles.chain([latency]).zip(patch.found).map(|(p, found)| {
-        if found {
-            p
-        } else {
-            Parameter {
-                note: "no pair of lines for it".to_owned(),
-                ..reported(p, "not determined")
-            }
-        }
-    });
-    let parameters: Vec<Parameter> = parameters.collect();
+    let sought = match reference {
+        Reference::Patch(_) => 4,
+        Reference::Features(_) => 5,
+    };
+    let all = angles.chain([latency, scale]).zip(reference.found());
+    let parameters: Vec<Parameter> = all.take(sought).map(found_or_not).collect();
     let without: Vec<&str> = (0..3)
-        .filter(|k| !patch.found[*k])
+        .filter(|k| !reference.found()[*k])
         .map(|k| parameters[k].name.as_str())
         .collect();
     let usable = without.is_empty();
-    let message = if usable {
-        String::new()
+    let (end, message) = if usable {
+        (Status::Converged, String::new())
     } else {
-        format!("no pair of lines for {}", without.join(", "))
-    };
-    let end = if usable {
-        Status::Converged
-    } else {
-        Status::Refused
+        let message = format!("no pair of lines for {}", without.join(", "));
+        (Status::Refused, message)
     };
     Solution {
         usable,
@@ -271,14 +265,24 @@ fn by_patch_test(found: &Result<Patch, JointError>, scene: &Scene) -> Solution {
     }
 }
 
-/// The patch test minus the joint path: what both found, in the metric of the joint covariance.
+fn found_or_not((parameter, found): (Parameter, bool)) -> Parameter {
+    if found {
+        return parameter;
+    }
+    Parameter {
+        note: "no pair of lines for it".to_owned(),
+        ..reported(parameter, "not determined")
+    }
+}
+
+/// The reference path minus the joint path: what both found, in the metric of the joint covariance.
 fn comparison(outcome: &SeabedOutcome) -> Option<Comparison> {
     let (joint, judged) = outcome.joint.as_ref()?.as_ref().ok()?;
-    let patch = outcome.reference.as_ref()?.as_ref().ok()?;
+    let reference = outcome.reference.as_ref()?.as_ref().ok()?;
     let both: Vec<usize> = (0..4)
-        .filter(|k| patch.found[*k] && judged.determined[*k])
+        .filter(|k| reference.found()[*k] && judged.determined[*k])
         .collect();
-    let (ours, theirs) = (&joint.values, &patch.values);
+    let (ours, theirs) = (&joint.values, reference.values());
     let turn = rotation::log(&(theirs.mounting.rotation * ours.mounting.rotation.transpose()));
     let all = [turn.x, turn.y, turn.z, theirs.latency_s - ours.latency_s];
     let d = DVector::from_iterator(both.len(), both.iter().map(|k| all[*k]));
@@ -359,11 +363,15 @@ fn details(outcome: &SeabedOutcome) -> serde_json::Value {
         }),
         _ => serde_json::Value::Null,
     };
-    let patch = match &outcome.reference {
-        Some(Ok(patch)) => json!(patch.steps),
-        _ => serde_json::Value::Null,
-    };
-    json!({ "layout": outcome.layout, "joint": joint, "patch_test": patch })
+    let (mut patch, mut features) = (serde_json::Value::Null, serde_json::Value::Null);
+    match &outcome.reference {
+        Some(Ok(Reference::Patch(found))) => patch = json!(found.steps),
+        Some(Ok(Reference::Features(found))) => {
+            features = json!({ "cell_m": found.cell_m, "latency_s": found.latency_s, "pairs": found.pairs });
+        }
+        _ => {}
+    }
+    json!({ "layout": outcome.layout, "joint": joint, "patch_test": patch, "features": features })
 }
 
 /// Each parameter's sigma by the model, by the tiles' scatter, from relief and from motion alone; rad, m, s, 1.
@@ -392,11 +400,22 @@ pub(super) fn page(
     Page {
         title: name.to_owned(),
         kind: "calibration of a multibeam's mounting over natural seabed",
-        data: details(outcome),
-        scripts: &[include_str!("page/page.js")],
+        data: drawn(outcome, scene),
+        scripts: &[
+            include_str!("page/surfaces.js"),
+            include_str!("page/features.js"),
+            include_str!("page/page.js"),
+        ],
         tables: vec![pairs(outcome), sources(outcome)],
         against_truth: truth.map(|truth| against(outcome, scene, truth)),
     }
+}
+
+/// What the report draws: the details, and the lines against each other.
+fn drawn(outcome: &SeabedOutcome, scene: &Scene) -> serde_json::Value {
+    let mut data = details(outcome);
+    data["views"] = json!(views(outcome, scene));
+    data
 }
 
 fn strings<const N: usize>(cells: [&str; N]) -> Vec<String> {
@@ -474,8 +493,8 @@ fn against(outcome: &SeabedOutcome, scene: &Scene, truth: &SeabedTruth) -> Again
         Some(Ok((joint, _))) => Some((errors(&joint.values), joint)),
         _ => None,
     };
-    let patch = match &outcome.reference {
-        Some(Ok(patch)) => Some((errors(&patch.values), patch.found)),
+    let reference = match &outcome.reference {
+        Some(Ok(reference)) => Some((errors(reference.values()), reference.found())),
         _ => None,
     };
     let row = |k: usize| {
@@ -485,7 +504,7 @@ fn against(outcome: &SeabedOutcome, scene: &Scene, truth: &SeabedTruth) -> Again
             name: PARAMETERS[k].0.to_owned(),
             unit: readable(0.0, unit).1.to_owned(),
             correction: Some(shown(due[k])),
-            reference: patch.and_then(|(e, found)| found[k].then(|| shown(e[k]))),
+            reference: reference.and_then(|(e, found)| found[k].then(|| shown(e[k]))),
             joint: joint.map(|(e, _)| shown(e[k])),
             joint_in_sigmas: joint.map(|(e, j)| e[k] / j.sigma(k)),
             joint_simple: None,

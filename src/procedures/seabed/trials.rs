@@ -180,7 +180,7 @@ impl Tried for SeabedTrials {
         };
         vec![
             path("joint", ""),
-            path("reference", &self.scenario.reference.order),
+            path("reference", self.scenario.reference.variant()),
         ]
     }
 
@@ -229,8 +229,8 @@ impl Tried for SeabedTrials {
             None => Err(Reason::of_words(&"not run")),
         };
         let reference = match found.reference {
-            Some(Ok(patch)) if patch.found.iter().all(|found| *found) => Ok(Said {
-                error: errors(&patch.values, &survey.truth),
+            Some(Ok(found)) if found.found()[..4].iter().all(|found| *found) => Ok(Said {
+                error: errors(found.values(), &survey.truth),
                 covariance: None,
                 variance_factor: None,
             }),

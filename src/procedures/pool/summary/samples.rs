@@ -84,8 +84,9 @@ fn thinned<T: Copy>(items: &[T], most: usize) -> Vec<T> {
 fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample> {
     let nominal = SensorModel::plain(outcome.scene.campaign.sonar);
     let sample = |(row, tie): &(usize, Option<Tie>)| {
-        let place =
-            |model: Option<SensorModel>| model.and_then(|m| sounding_point(&outcome.scene, *row, &m));
+        let place = |model: Option<SensorModel>| {
+            model.and_then(|m| sounding_point(&outcome.scene, *row, &m))
+        };
         let models = &residuals.models;
         let at = each(models, |m| place(Some(*m)));
         let off = |p: &Vector3<f64>| {

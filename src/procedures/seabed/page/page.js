@@ -7,7 +7,6 @@ function listed(columns, list) {
   return table(Object.keys(columns).map((title, k) => String(rows[0][k]).startsWith("#") ? number(title) : title), rows);
 }
 
-const DEGREE = 180 / Math.PI;
 /** A number with its digits; angles in radians as degrees. */
 function measured(value, unit) { return number(missing(value) ? "-" : short(unit === "rad" ? value * DEGREE : value)); }
 function unitWords(name, unit) { return `${name.replaceAll("_", " ")}${unit === "rad" ? ", deg" : unit === "1" ? "" : `, ${unit}`}`; }
@@ -34,12 +33,19 @@ function stepsOf(steps) {
   return listed({ step: s => unitWords(s.parameter, unit(s)), lines: s => s.lines.join(", "), cells: s => number(s.cells), "difference before, m": s => number(digits(s.before_m, 4)), "after, m": s => number(digits(s.after_m, 4)), change: s => measured(s.change, unit(s)) }, steps);
 }
 
+/** What was estimated of the seabed and the noise. */
+function groundOf(joint) {
+  return table(["", number("estimate")], [["relief about the tiles' planes, m", number(digits(joint.field.relief_m, 3))], ["its correlation length, m", number(digits(joint.field.length_m, 1))],
+    ["noise over the claimed noise", number(digits(joint.field.noise_factor, 2))], ["tiles", number(joint.tiles)], ["sum of squares over degrees of freedom", number(digits(joint.omega_over_freedom, 3))]]);
+}
+
 function buildSeabed() {
-  const details = DATA.page, joint = details.joint, patch = details.patch_test;
+  const details = SEA, joint = details.joint, patch = details.patch_test;
   add("lines", "Lines and pairs of lines", linesOf(details.layout));
   if (joint) add("information", "Where the information comes from", sigmasOf(joint.sigmas), note("Standard deviations by the model, from the scatter of the tiles, and what relief alone and the boat's motion alone would give. What comes from motion is as true as the heave channel."));
+  if (joint) add("ground", "Seabed and noise as estimated", groundOf(joint));
   if (joint) add("passes", "Passes of the joint adjustment", passesOf(joint.passes));
   if (patch) add("patch", "Steps of the patch test", stepsOf(patch), note("Each parameter where the surfaces of its two lines differ least, the others held."));
 }
 
-OWN.push(buildSeabed);
+OWN.push(buildDifferences, buildBeams, buildHeights, buildFeatures, buildSeabed);

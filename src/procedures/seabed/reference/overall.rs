@@ -45,7 +45,7 @@ impl Side {
     }
 
     /// The point, north, east, down (1): turned by heading and the small pitch, moved back by the latency.
-    fn point_m(&self, at: &Overall) -> Vector3<f64> {
+    pub(super) fn point_m(&self, at: &Overall) -> Vector3<f64> {
         let (across_m, depth_m) = self.across_and_depth(at);
         let (sine, cosine) = (self.heading_rad + at.heading_rad).sin_cos();
         // a bow-up pitch swings the beam forward
@@ -115,6 +115,20 @@ pub fn adjust(matches: &[[Side; 2]], bounded: bool) -> Result<Overall, OverallEr
         }
     }
     Err(OverallError::Endless(PASSES))
+}
+
+/// Standard deviations of the five at a solution, from the misclosures that are left; `None` where the matches do not separate them.
+#[must_use]
+pub fn sigmas(matches: &[[Side; 2]], at: &Overall) -> Option<[f64; 5]> {
+    let (mut normal, mut squares) = (SMatrix::<f64, 5, 5>::zeros(), 0.0);
+    for [a, b] in matches {
+        let columns = a.columns(at) - b.columns(at);
+        normal += columns.tr_mul(&columns);
+        squares += (b.point_m(at) - a.point_m(at)).norm_squared();
+    }
+    let redundancy = (3 * matches.len()).checked_sub(5).filter(|r| *r > 0)?;
+    let covariance = normal.cholesky()?.inverse() * (squares / redundancy as f64);
+    Some(std::array::from_fn(|k| covariance[(k, k)].sqrt()))
 }
 
 /// One least-squares step; with the latency's step given, of the other four.
@@ -223,6 +237,22 @@ mod tests {
         ] {
             assert!((a - b).abs() < 1e-5, "{found:?}");
         }
+    }
+
+    /// A millimetre of noise on the ranges: the stated sigmas have the size of the errors.
+    #[test]
+    fn sigmas_are_of_the_size_of_the_errors() {
+        let noisy = |(k, mut pair): (usize, [Side; 2])| {
+            pair[0].range_m += 1e-3 * ((k * 37 % 23) as f64 / 8.0 - 1.4);
+            pair
+        };
+        let all: Vec<[Side; 2]> = matches(&TRUTH).into_iter().enumerate().map(noisy).collect();
+        let found = adjust(&all, false).expect("solved");
+        let sigma = sigmas(&all, &found).expect("regular");
+        let off = (found.roll_rad - TRUTH.roll_rad).abs();
+        assert!(sigma[0] > 1e-7 && off < 5.0 * sigma[0], "{off} {sigma:?}");
+        let one_track: Vec<[Side; 2]> = all.iter().map(|[a, _]| [*a, *a]).collect();
+        assert_eq!(sigmas(&one_track, &found), None);
     }
 
     #[test]

@@ -12,7 +12,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -20,26 +20,13 @@ use super::super::layout::{Layout, Pair, PairKind};
 use super::super::model::{Locator, Values};
 use super::super::scene::Scene;
 use super::super::states::States;
-use super::super::tiles::{Cell, depth_scale};
+use super::super::surface::{Surface, cell_side_m, least_cell_m, surfaces};
+use super::super::tiles::Cell;
+use super::config::ReferenceConfig;
 use crate::stats::median;
-use crate::survey::limits::limits;
-use crate::survey::schema::Kind;
-use crate::survey::section::section;
-
-section! {
-    #[settings]
-    /// `[reference]`.
-    #[derive(Clone, Debug, PartialEq, Eq)]
-    pub struct PatchConfig {
-        /// The order in which the parameters are found; the first is that of the IHO manual.
-        order: String = or ("latency-pitch-yaw-roll".to_owned()), Kind::OneOf(ORDERS);
-        /// How often the whole order is gone through.
-        rounds: usize = or (1), Kind::Count(limits(1.0, 10.0, "1 to 10"));
-    }
-}
 
 /// The orders that Li 2019 lists.
-const ORDERS: &[&str] = &[
+pub(super) const ORDERS: &[&str] = &[
     "latency-pitch-yaw-roll",
     "latency-pitch-roll-yaw",
     "latency-roll-pitch-yaw",
@@ -154,7 +141,7 @@ pub fn patch_test(
     states: &States,
     alive: &[bool],
     layout: &Layout,
-    config: &PatchConfig,
+    config: &ReferenceConfig,
     widest_rad: f64,
 ) -> Patch {
     let mut patch = Patch {
@@ -203,16 +190,6 @@ fn no_pair(sought: Sought) -> Step {
     }
 }
 
-/// Smallest side of a cell, metres, in 15 m of water and less.
-const LEAST_CELL_M: f64 = 1.5;
-/// Soundings of a line that a cell should have on the average: twice what its plane needs.
-const PER_CELL: f64 = 12.0;
-
-/// Side of the cells in which so many soundings on this area make planes, metres.
-fn cell_side_m(area_m2: f64, soundings: usize) -> f64 {
-    (PER_CELL * area_m2 / soundings.max(1) as f64).sqrt()
-}
-
 /// Two lines against each other.
 struct Duel<'a> {
     scene: &'a Scene,
@@ -252,7 +229,7 @@ impl<'a> Duel<'a> {
             cell_m: [0, 1]
                 .map(|k| cell_side_m(areas_m2[k], soundings[k].len()))
                 .into_iter()
-                .fold(LEAST_CELL_M * depth_scale(depth_m), f64::max),
+                .fold(least_cell_m(depth_m), f64::max),
             soundings,
         }
     }
@@ -307,15 +284,7 @@ impl<'a> Duel<'a> {
             .par_iter()
             .filter_map(|k| locator.locate(*k).map(|l| l.point_m))
             .collect();
-        let mut cells: BTreeMap<Cell, Vec<Vector3<f64>>> = BTreeMap::new();
-        for point in points {
-            cells
-                .entry(Cell::of(&point, self.cell_m))
-                .or_default()
-                .push(point);
-        }
-        let fit = |(cell, points): (Cell, Vec<Vector3<f64>>)| Some((cell, Surface::fit(&points)?));
-        cells.into_iter().filter_map(fit).collect()
+        surfaces(&points, self.cell_m)
     }
 }
 
@@ -334,45 +303,6 @@ fn misfit(offs: &[(f64, f64)], heights_m2: f64) -> f64 {
     let square = |o: &(f64, f64)| o.1 * (o.0 - offset).powi(2).min(CUT_M * CUT_M);
     let sum: f64 = offs.iter().map(square).sum();
     (sum + offset * offset / (heights_m2 + 1.0 / near_weight)) / weight
-}
-
-/// A plane of one line in one cell.
-struct Surface {
-    centre: Vector3<f64>,
-    slope: [f64; 2],
-    variance: f64,
-}
-
-impl Surface {
-    fn fit(points: &[Vector3<f64>]) -> Option<Self> {
-        if points.len() < 6 {
-            return None;
-        }
-        let n = points.len() as f64;
-        let centre = points.iter().sum::<Vector3<f64>>() / n;
-        let mut scatter = Matrix3::zeros();
-        for p in points {
-            let off = p - centre;
-            scatter += off * off.transpose();
-        }
-        let flat = scatter.fixed_view::<2, 2>(0, 0).into_owned();
-        if flat.determinant() < 1e-3 * flat.trace().powi(2) {
-            return None;
-        }
-        let slope = flat.try_inverse()? * scatter.fixed_view::<2, 1>(0, 2);
-        let rest = scatter[(2, 2)] - slope.dot(&scatter.fixed_view::<2, 1>(0, 2));
-        Some(Self {
-            centre,
-            slope: [slope[0], slope[1]],
-            variance: (rest / (n - 3.0)).max(0.0) / n,
-        })
-    }
-
-    fn height_at(&self, p: &Vector3<f64>) -> f64 {
-        self.centre.z
-            + self.slope[0] * (p.x - self.centre.x)
-            + self.slope[1] * (p.y - self.centre.y)
-    }
 }
 
 /// Lowest point of the parabola through the least scanned value and its neighbours.

@@ -1,7 +1,7 @@
 //! A seabed survey file as types.
 
 use super::super::config::{JointSettings, SeabedConfig};
-use super::super::reference::PatchConfig;
+use super::super::reference::ReferenceConfig;
 use super::super::scene::{Arrays, InsNoise, Line, Priors, SonarNoise};
 use crate::geometry::Ellipsoid;
 use crate::survey::limits::{ABOVE, DURATION, ELLIPSOID, Limits, limits};
@@ -40,7 +40,7 @@ section! {
         /// The joint path.
         seabed: SeabedConfig = or (SeabedConfig::default()), Kind::Table(SeabedConfig::KEYS);
         /// The reference path.
-        reference: PatchConfig = or (PatchConfig::default()), Kind::Table(PatchConfig::KEYS);
+        reference: ReferenceConfig = or (ReferenceConfig::default()), Kind::Table(ReferenceConfig::KEYS);
         /// One line; as many as were sailed.
         line: Vec<LineSection> = required, Kind::Tables(LineSection::KEYS);
     }

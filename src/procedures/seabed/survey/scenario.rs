@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::super::config::SeabedConfig;
-use super::super::reference::PatchConfig;
+use super::super::reference::ReferenceConfig;
 use super::super::scene::Arrays;
 use super::file::{
     GROWTH, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE, SiteSection, TrajectorySection,
@@ -63,7 +63,7 @@ section! {
         /// Settings of the joint path.
         seabed: SeabedConfig = or (SeabedConfig::default()), Kind::Table(SeabedConfig::KEYS);
         /// Settings of the reference path.
-        reference: PatchConfig = or (PatchConfig::default()), Kind::Table(PatchConfig::KEYS);
+        reference: ReferenceConfig = or (ReferenceConfig::default()), Kind::Table(ReferenceConfig::KEYS);
     }
 }
 
