@@ -40,13 +40,13 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
         return Err(CliError::NoPoints { file, procedure });
     };
     let notes = other_files(&result, survey.inputs());
-    written(args, cloud, notes, talk)
+    written(args, cloud, &notes, talk)
 }
 
 fn written(
     args: &Apply,
     cloud: Cloud<'_>,
-    notes: Vec<String>,
+    notes: &[String],
     talk: &Talk,
 ) -> Result<Ending, CliError> {
     let system = System::new(args.coordinates, &cloud)?;
@@ -66,7 +66,7 @@ fn written(
         system.name(),
         sources.join(", ")
     );
-    for note in &notes {
+    for note in notes {
         text += &format!("note: {note}\n");
     }
     let json = serde_json::json!({

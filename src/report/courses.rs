@@ -1,4 +1,4 @@
-//! The passes of a plan for chart plotters and maps: KML, GPX and GeoJSON.
+//! The passes of a plan for chart plotters and maps: KML, GPX and `GeoJSON`.
 
 use std::fmt::Write;
 
@@ -88,7 +88,7 @@ pub fn gpx(result: &PlanResult) -> String {
     text + "</gpx>\n"
 }
 
-/// GeoJSON (RFC 7946), a line per pass with its speed and heading.
+/// `GeoJSON` (RFC 7946), a line per pass with its speed and heading.
 ///
 /// # Errors
 /// None for a result made by this program; `serde_json` does not promise it.

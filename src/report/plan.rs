@@ -38,7 +38,7 @@ pub const PLAN_FILES: [&str; 6] = [
     "plan.geojson",
 ];
 
-/// Writes `plan.json`, `plan.csv`, `plan.html` and the courses as KML, GPX and GeoJSON into `folder`, together or not at all.
+/// Writes `plan.json`, `plan.csv`, `plan.html` and the courses as KML, GPX and `GeoJSON` into `folder`, together or not at all.
 ///
 /// # Errors
 /// [`ReportError`]; all texts are made before the first is written.

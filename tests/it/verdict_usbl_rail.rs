@@ -65,7 +65,7 @@ fn signs_and_order_of_a_nearly_resting_boat_s_attitude_are_named() {
     let exchanged = usbl(2, |c| turned(c, |[r, p, h]| [p, r, h]));
     assert_eq!(first(&exchanged), "roll_and_pitch_exchanged");
     let stern = usbl(1, |c| {
-        turned(c, |[r, p, h]| [r, p, h + std::f64::consts::PI])
+        turned(c, |[r, p, h]| [r, p, h + std::f64::consts::PI]);
     });
     assert_eq!(first(&stern), "heading_turned");
 }
@@ -81,12 +81,12 @@ fn exchanged_beacons_delays_units_and_noise_of_the_fixes_are_named() {
     let seen = &exchanged.findings[0].seen;
     assert!(seen.contains("B1 and B2"), "{seen}");
     let late = usbl(1, |c| {
-        c.fixes.travel_time_s.iter_mut().for_each(|t| *t += 5e-4)
+        c.fixes.travel_time_s.iter_mut().for_each(|t| *t += 5e-4);
     });
     assert_eq!(first(&late), "range_offset");
     assert!(late.findings[0].seen.contains("m shorter"), "{late:#?}");
     let milliseconds = usbl(1, |c| {
-        c.fixes.travel_time_s.iter_mut().for_each(|t| *t *= 1e3)
+        c.fixes.travel_time_s.iter_mut().for_each(|t| *t *= 1e3);
     });
     assert_eq!(first(&milliseconds), "time_in_milliseconds");
     let angles = usbl(1, |c| c.fixes.noise.angle_rad *= 0.1);
