@@ -323,7 +323,6 @@ fn bad_input_ends_with_two_and_writes_nothing() {
     let out = folder.path().join("out");
     let vary = |what: &'static str| vec!["--trials", "3", "--vary", what];
     let cases = [
-        (vec!["--vary", "multibeam.beams=3,4"], "--trials"),
         (vec!["--trials", "0"], "--trials"),
         (vec!["--trials", "3", "--single", "1"], "--single"),
         (vary("multibeam.beam=3,4"), "nearest known one is \"beams\""),

@@ -17,6 +17,8 @@ pub struct Bounds {
     pub length_m: [f64; 2],
     /// Noise factor.
     pub noise_factor: [f64; 2],
+    /// How far the claimed noise is believed beforehand, one sigma of the factor's logarithm.
+    pub noise_factor_sigma: f64,
 }
 
 impl Default for Bounds {
@@ -25,6 +27,9 @@ impl Default for Bounds {
             sigma_m: [2e-4, 5.0],
             length_m: [0.5, 60.0],
             noise_factor: [0.5, 1.9],
+            // where soundings lie as far apart as the relief is correlated, relief and noise look the same, and nothing else tells them
+            // apart; soundings that lie closer know the factor to a few per cent, and the belief costs nothing
+            noise_factor_sigma: 0.2,
         }
     }
 }
@@ -122,7 +127,8 @@ impl Deviance<'_> {
             .par_iter()
             .map(|t| t.restricted_deviance(&field).unwrap_or(1e12))
             .collect();
-        each.iter().sum::<f64>() * (1.0 + wall.min(1.0) * 1e-3) + 1e3 * wall
+        let belief = (field.noise_factor.ln() / self.bounds.noise_factor_sigma).powi(2);
+        (each.iter().sum::<f64>() + belief) * (1.0 + wall.min(1.0) * 1e-3) + 1e3 * wall
     }
 }
 
