@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use super::field::{Field, Points};
 
-/// Where the parameters are looked for; an estimate at a bound of `noise_factor`, the lower one of `length_m` or the upper one of
-/// `sigma_m` is no estimate.
+/// Where the parameters are looked for; an estimate at the upper bound of `noise_factor` or `sigma_m` or the lower one of `length_m` is no
+/// estimate. At the lower bound of `noise_factor` the relief swallows the noise: the claimed noise is taken then, which makes no sigma
+/// smaller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// Relief, metres.
@@ -38,8 +39,7 @@ impl Bounds {
     /// Which of the parameters lies at a bound (within a hundredth), in words.
     #[must_use]
     pub fn reached(&self, field: &Field) -> Option<String> {
-        let at = |x: f64, [low, high]: [f64; 2]| x < low * 1.01 || x > high * 0.99;
-        if at(field.noise_factor, self.noise_factor) {
+        if field.noise_factor > self.noise_factor[1] * 0.99 {
             return Some(format!(
                 "the noise of the soundings is {:.2} times the claimed one",
                 field.noise_factor
@@ -144,9 +144,29 @@ impl CostFunction for Deviance<'_> {
 /// Iterations of the simplex.
 const ITERATIONS: u64 = 60;
 
-/// Parameters of the field from these tiles, starting at `start`; `None` without tiles.
+/// The noise factor of the noise as it is claimed.
+pub const CLAIMED: f64 = 1.0;
+
+/// Parameters of the field from these tiles, starting at `start`; `None` without tiles. Where the noise ends at its lower bound it is held
+/// at the claimed one ([`CLAIMED`]) and the others are estimated under it.
 #[must_use]
 pub fn restricted_likelihood(tiles: &[Points], start: &Field, bounds: &Bounds) -> Option<Field> {
+    let free = likeliest(tiles, start, bounds)?;
+    if free.noise_factor > bounds.noise_factor[0] * 1.01 {
+        return Some(free);
+    }
+    let held = Bounds {
+        noise_factor: [CLAIMED; 2],
+        ..*bounds
+    };
+    let start = Field {
+        noise_factor: CLAIMED,
+        ..free
+    };
+    likeliest(tiles, &start, &held)
+}
+
+fn likeliest(tiles: &[Points], start: &Field, bounds: &Bounds) -> Option<Field> {
     if tiles.is_empty() {
         return None;
     }
@@ -212,5 +232,43 @@ mod tests {
             ..sound
         };
         assert!(bounds.reached(&noise).expect("refused").contains("1.90"));
+        let swallowed = Field {
+            noise_factor: CLAIMED,
+            ..sound
+        };
+        assert_eq!(bounds.reached(&swallowed), None);
+    }
+
+    /// A swell of the ground, sounded without an error and claimed to 0.1 m.
+    fn rough(phase: f64) -> Points {
+        let at = |k: usize| {
+            let (x, y) = ((k % 8) as f64 - 3.5, 1.2 * (k / 8) as f64 - 3.0);
+            nalgebra::Vector3::new(x, y, 0.2 * (0.9 * x + 0.5 * y + phase).sin())
+        };
+        let noise = super::super::field::Noise {
+            sonar_m2: 1e-2,
+            ins_m2: 1e-6,
+        };
+        Points {
+            at_m: (0..40).map(at).collect(),
+            noise: vec![noise; 40],
+        }
+    }
+
+    /// A rough plane of which every sounding is claimed to be far worse than it is: the noise comes out at its lower bound, and the
+    /// claimed one is held.
+    #[test]
+    fn a_noise_that_the_relief_swallows_is_the_claimed_one() {
+        let bounds = Bounds::default();
+        let start = Field {
+            sigma_m: 0.1,
+            length_m: 3.0,
+            noise_factor: 1.0,
+        };
+        let tiles = [rough(0.5), rough(0.7)];
+        let free = likeliest(&tiles, &start, &bounds).expect("an estimate");
+        assert!(free.noise_factor < 0.505, "{free:?}");
+        let held = restricted_likelihood(&tiles, &start, &bounds).expect("an estimate");
+        assert_eq!(held.noise_factor, CLAIMED);
     }
 }
