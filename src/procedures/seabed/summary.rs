@@ -8,6 +8,7 @@ use serde_json::json;
 use super::joint::{Joint, JointError};
 use super::model::{COUNT, PARAMETERS, Values};
 use super::reference::{Reference, ReferenceError};
+use super::reml::CLAIMED;
 use super::run::{SeabedInput, SeabedOutcome};
 use super::scene::Scene;
 use super::simulate::SeabedTruth;
@@ -337,7 +338,13 @@ fn counts(outcome: &SeabedOutcome, scene: &Scene, read: usize) -> BTreeMap<Strin
 
 fn notes(outcome: &SeabedOutcome) -> Vec<String> {
     let judged = match &outcome.joint {
-        Some(Ok((_, judged))) => judged.notes.clone(),
+        Some(Ok((joint, judged))) => {
+            let held = (joint.field.noise_factor == CLAIMED).then(|| {
+                "the relief swallows the noise of the soundings, which was held at the claimed one"
+                    .to_owned()
+            });
+            judged.notes.iter().cloned().chain(held).collect()
+        }
         _ => vec![],
     };
     let scale = "scale, heave, lever arm and profile are held within their priors; the latency's sigma holds as long as heave and attitude are of one clock within the heave lag's prior";

@@ -6,7 +6,7 @@ use super::config::SeabedConfig;
 use super::joint::Joint;
 use super::layout::Layout;
 use super::model::{COUNT, PARAMETERS};
-use super::reml::{Bounds, CLAIMED};
+use super::reml::Bounds;
 
 /// Why parameters are not determined.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -76,11 +76,6 @@ pub fn judge(joint: &Joint, layout: &Layout, config: &SeabedConfig) -> Judgement
         .chain(by_sigma(joint, config))
     {
         judgement.take(reason);
-    }
-    if joint.field.noise_factor == CLAIMED {
-        let words =
-            "the relief swallows the noise of the soundings, which was held at the claimed one";
-        judgement.notes.push(words.to_owned());
     }
     for k in (0..REPORTED).filter(|k| joint.inflation[*k] > 1.0) {
         judgement.notes.push(format!(
