@@ -28,7 +28,7 @@ use rayon::prelude::*;
 
 use crate::calibrate::tried::Tried;
 use crate::calibrate::vary::{Point, VaryError};
-use crate::results::{BudgetResult, Sweep, SweepPoint};
+use crate::results::{BudgetResult, JOINT, RefusalCount, Sweep, SweepPoint};
 use experiment::Experiment;
 use ledger::LedgerError;
 
@@ -80,10 +80,17 @@ pub fn propagated_sweep(tried: &dyn Tried, points: Vec<Point>) -> Result<Sweep, 
         .collect();
     let points = varied?
         .par_iter()
-        .map(|(point, there)| SweepPoint {
-            values: point.0.iter().map(|(_, value)| value.plain()).collect(),
-            paths: predicted::statistics(&**there),
-            refusals: vec![],
+        .map(|(point, there)| {
+            let values = point.0.iter().map(|(_, value)| value.plain()).collect();
+            let (paths, refusals) = match predicted::statistics(&**there) {
+                Ok(paths) => (paths, vec![]),
+                Err(reason) => (vec![], vec![unpropagated(reason)]),
+            };
+            SweepPoint {
+                values,
+                paths,
+                refusals,
+            }
         })
         .collect();
     Ok(Sweep {
@@ -93,10 +100,20 @@ pub fn propagated_sweep(tried: &dyn Tried, points: Vec<Point>) -> Result<Sweep, 
     })
 }
 
+/// The refusal of a point without figures.
+fn unpropagated(example: String) -> RefusalCount {
+    RefusalCount {
+        path: JOINT.to_owned(),
+        code: "unpropagated".to_owned(),
+        count: 1,
+        seeds: vec![],
+        example,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::JOINT;
     use std::sync::atomic::AtomicBool;
     use toy::Toy;
 

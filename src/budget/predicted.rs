@@ -40,11 +40,14 @@ pub fn add(result: &mut BudgetResult, tried: &dyn Tried, propagated: &Propagated
 }
 
 /// What propagation says of each path as figures of no trial: bias, standard deviation and RMS error.
-#[must_use]
-pub fn statistics(tried: &dyn Tried) -> Vec<PathStatistics> {
+///
+/// # Errors
+/// Why there are none, in words.
+pub fn statistics(tried: &dyn Tried) -> Result<Vec<PathStatistics>, String> {
     let units: Vec<Unit> = tried.parameters().iter().map(|p| p.unit).collect();
-    let Some(Ok(propagated)) = tried.propagated() else {
-        return vec![];
+    let propagated = match tried.propagated() {
+        Some(propagated) => propagated?,
+        None => return Err("this procedure has no propagation; give --trials".to_owned()),
     };
     let of_path = |path: &PropagatedPath| {
         let variance = diagonal(path);
@@ -62,7 +65,7 @@ pub fn statistics(tried: &dyn Tried) -> Vec<PathStatistics> {
             reported: None,
         }
     };
-    propagated.paths.iter().map(of_path).collect()
+    Ok(propagated.paths.iter().map(of_path).collect())
 }
 
 /// What every figure of a path refers to.

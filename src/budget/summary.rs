@@ -1,6 +1,7 @@
 //! The trials as `result.json`: streamed from the ledgers cell by cell in the order of seeds, so that an interrupted run that was
 //! continued gives the same bytes as one that was not, on any number of threads.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::experiment::{Cell, Experiment, Role};
@@ -66,6 +67,7 @@ pub fn frame(tried: &dyn Tried) -> BudgetResult {
         confidence: CONFIDENCE,
         configuration: tried.configuration(),
         parameters: tried.parameters().into_iter().map(parameter).collect(),
+        wanted: BTreeMap::new(),
         sources: tried.sources(),
         paths: tried.paths().into_iter().map(path).collect(),
         refusals: vec![],

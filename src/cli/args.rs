@@ -68,8 +68,9 @@ EXAMPLES
   What the errors claimed in a survey file do to its own calibration:
     boresight budget survey.toml
 
-  Is a drift of 5 mm small enough? By propagation, in seconds:
-    boresight budget demo \\
+  Is a drift of 5 mm small enough for 0.05 deg of yaw? By propagation, in
+  seconds; the answer stands first:
+    boresight budget demo --wanted yaw=0.05 \\
       --vary trajectory.position_drift_sigma_m=0.001,0.002,0.005,0.01
 
   A scenario whose procedure has no propagation runs 200 trials of all sources
@@ -532,6 +533,10 @@ pub struct Budget {
     /// twice
     #[arg(long, value_name = "KEY=VALUES")]
     pub vary: Vec<Vary>,
+    /// Errors that would do, in the units of the tables (deg, mm, ms, ppm): the answer says whether they are reached, and with --vary
+    /// at which values
+    #[arg(long, value_name = "NAME=VALUE,...", value_delimiter = ',', value_parser = goal)]
+    pub wanted: Vec<(String, f64)>,
     /// Depths below the sonar at which uncertainty across the swath is shown, metres
     #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive, default_values_t = crate::budget::DEPTHS_M)]
     pub depth: Vec<f64>,
@@ -594,6 +599,12 @@ pub enum CriterionName {
 /// A number above 0.
 fn positive(text: &str) -> Result<f64, String> {
     number(text, |v| v > 0.0, "a number above 0")
+}
+
+/// `yaw=0.01`.
+fn goal(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE,...")?;
+    Ok((name.trim().to_owned(), positive(value)?))
 }
 
 fn below_a_right_angle(text: &str) -> Result<f64, String> {

@@ -11,12 +11,14 @@ use super::error::CliError;
 use super::out::tried as writable;
 use super::talk::Talk;
 use crate::budget::experiment::{Ended, Experiment};
+use crate::budget::summary::frame;
 use crate::budget::{DEPTHS_M, budget, propagated_sweep};
 use crate::calibrate::seam::Settings;
 use crate::calibrate::tried::{Tried, name_of};
 use crate::calibrate::vary::points;
 use crate::formats::error::read_text;
 use crate::procedures;
+use crate::report::wanted::goals;
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetResult, JOINT};
 use crate::survey::is_survey;
@@ -64,6 +66,7 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
 /// The budget of whatever can be tried.
 fn of(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     let experiment = experiment(tried, args)?;
+    let wanted = goals(&frame(tried), &args.wanted).map_err(|found| CliError::Wanted { found })?;
     let folder = folder(args, tried.scenario());
     writable(&folder, &["result.json", "budget.csv", "report.html"])?;
     let trials_folder = folder.join(TRIALS);
@@ -82,6 +85,7 @@ fn of(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliError>
         talk.step("propagating at every value");
         result.sweep = Some(propagated_sweep(tried, points(&args.vary))?);
     }
+    result.wanted = wanted;
     result.command = command(args);
     written(&result, &folder, talk)
 }
@@ -124,6 +128,13 @@ fn command(args: &Budget) -> String {
         words.push(format!("--seed {}", args.seed));
     }
     words.extend(args.vary.iter().map(|v| format!("--vary '{}'", v.text())));
+    if !args.wanted.is_empty() {
+        let each = args
+            .wanted
+            .iter()
+            .map(|(name, value)| format!("{name}={value}"));
+        words.push(format!("--wanted {}", each.collect::<Vec<_>>().join(",")));
+    }
     if args.depth != DEPTHS_M {
         let depths: Vec<String> = args.depth.iter().map(ToString::to_string).collect();
         words.push(format!("--depth {}", depths.join(",")));

@@ -132,6 +132,12 @@ pub enum CliError {
         /// How many.
         found: usize,
     },
+    /// A wanted accuracy of something that the procedure does not estimate.
+    #[error("--wanted: {found}")]
+    Wanted {
+        /// What was found and expected.
+        found: String,
+    },
     /// A scenario of which no trial can be run.
     #[error("{fault}")]
     Untriable {

@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::format::{finer, three_digits as digits, two_digits};
+use super::text::wrapped;
+use super::wanted::answer;
 use super::{ReportError, html, json};
 use crate::files::land;
 use crate::results::{
     BudgetParameter, BudgetResult, Figures, Interval, JOINT, Origin, PathBudget, PathStatistics,
-    SourceShare, Sweep, SweepPoint,
+    RefusalCount, SourceShare, Sweep, SweepPoint,
 };
 use crate::ruled::Ruled;
 
@@ -228,6 +230,9 @@ impl<'a> Rows<'a> {
 #[must_use]
 pub fn summary(result: &BudgetResult) -> String {
     let mut text = format!("Error budget of {}\n", result.scenario);
+    if let Some(answer) = answer(result) {
+        let _ = writeln!(text, "\n{}", wrapped(&answer));
+    }
     if let Some(sweep) = &result.sweep {
         text.push_str(&sweep_text(result, sweep));
     }
@@ -495,23 +500,22 @@ fn sweep_text(result: &BudgetResult, sweep: &Sweep) -> String {
     let mut text = String::new();
     let words: Vec<String> = sweep.keys.iter().map(|key| in_words(key)).collect();
     for path in result.paths.iter().map(|p| &p.path) {
-        let of_path = |point: &&SweepPoint| point.paths.iter().any(|s| s.path == *path);
-        let points: Vec<&SweepPoint> = sweep.points.iter().filter(of_path).collect();
-        let counted = points.iter().any(|p| p.paths.iter().any(|s| s.trials > 0));
-        if points.is_empty() {
+        let of_path = |point: &SweepPoint| point.paths.iter().any(|s| s.path == *path);
+        if !sweep.points.iter().any(of_path) {
             continue;
         }
+        let points: Vec<&SweepPoint> = sweep.points.iter().collect();
+        let counted = points.iter().any(|p| p.paths.iter().any(|s| s.trials > 0));
         let usable = counted.then(|| "usable".to_owned());
         let heads = words.iter().cloned().chain(usable).chain(heads(result));
         let mut table = Ruled::new(heads).texts(words.len());
         for point in &points {
-            let Some(s) = point.paths.iter().find(|s| s.path == *path) else {
-                continue;
-            };
+            let s = point.paths.iter().find(|s| s.path == *path);
             let values = point.values.iter().map(ToString::to_string);
-            let usable = counted.then(|| format!("{}/{}", s.usable, s.trials));
+            let of = |s: &PathStatistics| format!("{}/{}", s.usable, s.trials);
+            let usable = counted.then(|| s.map_or("-".to_owned(), of));
             let all = 0..result.parameters.len();
-            let rms = all.map(|i| cell(result, s.rms.as_ref(), i));
+            let rms = all.map(|i| cell(result, s.and_then(|s| s.rms.as_ref()), i));
             table.row(values.chain(usable).chain(rms));
         }
         let _ = writeln!(text, "\n{}", heading(sweep, path));
@@ -520,7 +524,22 @@ fn sweep_text(result: &BudgetResult, sweep: &Sweep) -> String {
         }
         let _ = writeln!(text, "{table}");
     }
+    for (point, refusal) in nothing_propagated(sweep) {
+        let values: Vec<String> = point.values.iter().map(ToString::to_string).collect();
+        let said = format!(
+            "No figures at {}: {}.",
+            values.join(" and "),
+            refusal.example
+        );
+        let _ = writeln!(text, "\n{}", wrapped(&said));
+    }
     text
+}
+
+/// Points of which propagation has no figures, with the reason.
+fn nothing_propagated(sweep: &Sweep) -> impl Iterator<Item = (&SweepPoint, &RefusalCount)> {
+    let without = sweep.points.iter().filter(|point| point.paths.is_empty());
+    without.flat_map(|point| point.refusals.iter().map(move |refusal| (point, refusal)))
 }
 
 fn heading(sweep: &Sweep, path: &str) -> String {
@@ -569,7 +588,7 @@ fn best_values(result: &BudgetResult, points: &[&SweepPoint], words: &[String]) 
 }
 
 /// A scenario's key as one would say it: `trajectory.position_drift_sigma_m` is "trajectory position drift sigma, m".
-fn in_words(key: &str) -> String {
+pub(super) fn in_words(key: &str) -> String {
     let units = [
         ("_m_s", "m/s"),
         ("_deg", "deg"),

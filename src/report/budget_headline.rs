@@ -2,6 +2,7 @@
 
 use super::budget::TELLING;
 use super::format::{finer, three_digits as digits};
+use super::wanted::answer;
 use crate::results::{BudgetResult, JOINT, Origin, PathBudget, SourceShare};
 
 /// Rows of a path that are no source of errors.
@@ -10,7 +11,7 @@ const APART: [&str; 3] = ["nothing", "remainder", "interaction"];
 /// How the paths compare, which source is largest, and whether the reported uncertainty is true; what is not in the result is left out.
 #[must_use]
 pub fn headline(result: &BudgetResult) -> String {
-    let parts = [gain(result), largest(result), truth(result)];
+    let parts = [answer(result), gain(result), largest(result), truth(result)];
     let text: Vec<String> = parts.into_iter().flatten().collect();
     match text.is_empty() {
         true => "No figures: neither trials nor analytic propagation.".to_owned(),

@@ -13,6 +13,7 @@ pub mod html;
 pub mod json;
 pub mod plan;
 pub mod text;
+pub mod wanted;
 
 mod budget_headline;
 mod files;

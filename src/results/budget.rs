@@ -43,6 +43,9 @@ pub struct BudgetResult {
     pub configuration: serde_json::Value,
     /// The parameters.
     pub parameters: Vec<BudgetParameter>,
+    /// Root mean square errors that would do, by parameter in its unit; empty where nobody said.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub wanted: BTreeMap<String, f64>,
     /// The sources that act, in the order of their random streams.
     pub sources: Vec<SourceDescription>,
     /// Each path.

@@ -57,6 +57,7 @@ mod usbl_real;
 #[cfg(feature = "cli")]
 mod verdict;
 mod verdict_usbl_rail;
-mod week;
 #[cfg(feature = "cli")]
+mod wanted;
+mod week;
 mod width;

@@ -104,5 +104,5 @@ function buildSweep() {
   const single = sweep.keys.length === 1, lost = sweep.points.flatMap(p => p.refusals.map(r => `${p.values.join(", ")}: ${BUDGET_PATHS[r.path].name.toLowerCase()} ${r.count} (${r.example})`));
   add("sweep", `How it changes with ${sweep.keys.map(keyWords).join(" and ")}`, single ? keys(SWEEP_LINES) : note(`Rows: ${keyWords(sweep.keys[0])}; columns: ${keyWords(sweep.keys[1])}. Colours of a parameter have the same scale for both paths, logarithmic.`),
     el("div", { class: single ? "grid3" : "pairs" }, single ? sweepCurves(sweep) : sweepMaps(sweep)),
-    note(sweep.trials ? `${sweep.trials} trials at each point, under the same seeds, so that differences are not noise. Bars: ${percent(RESULT.confidence)} of chance.` : "By propagation, without a trial.", lost.length ? ` Trials without a usable result: ${lost.join("; ")}.` : ""));
+    note(sweep.trials ? `${sweep.trials} trials at each point, under the same seeds, so that differences are not noise. Bars: ${percent(RESULT.confidence)} of chance.` : "By propagation, without a trial.", lost.length ? ` Without a usable result: ${lost.join("; ")}.` : ""));
 }

@@ -1,0 +1,70 @@
+//! "Is that enough?": an error budget answers yes or no.
+
+use std::process::Command;
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+fn budget(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_boresight"));
+    command.args([
+        "budget",
+        &format!("{ROOT}/models/scenarios/single-pass-thin.toml"),
+    ]);
+    command
+        .args(arguments)
+        .arg("--out")
+        .arg(folder.path().join("out"));
+    let output = command.output().expect("ran");
+    let text = |bytes: &[u8]| {
+        String::from_utf8_lossy(bytes)
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    (
+        output.status.code(),
+        text(&output.stdout),
+        text(&output.stderr),
+    )
+}
+
+#[test]
+fn the_budget_says_at_which_values_the_wanted_is_reached() {
+    // yaw of the joint path is 0.109 deg at 1 mm of drift and 0.118 deg at 5 mm; at 20 mm the single pass gives nothing
+    let vary = "trajectory.position_drift_sigma_m=0.001,0.005,0.02";
+    let (code, said, _) = budget(&["--vary", vary, "--wanted", "yaw=0.115"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("Wanted: yaw 0.115 deg."), "{said}");
+    assert!(said.contains("good enough for the joint path: 0.001; not good enough: 0.005 (yaw 0.118 deg), 0.02 (no result)"), "{said}");
+    assert!(
+        said.contains("No figures at 0.02: "),
+        "a value without figures is said: {said}"
+    );
+}
+
+#[test]
+fn a_budget_without_a_sweep_answers_too() {
+    let (_, said, _) = budget(&["--wanted", "yaw=0.2,lx=1"]);
+    assert!(
+        said.contains("Wanted: yaw 0.200 deg, lx 1.00 mm. The joint path reaches it."),
+        "{said}"
+    );
+    let (_, said, _) = budget(&["--wanted", "yaw=0.02"]);
+    assert!(
+        said.contains("The joint path does not reach it: yaw 0.1"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_wanted_of_nothing_that_is_estimated_is_refused() {
+    let (code, _, said) = budget(&["--wanted", "heading=0.2"]);
+    assert_eq!(code, Some(2));
+    assert!(
+        said.contains("--wanted: found \"heading\", expected one of pitch, roll, yaw"),
+        "{said}"
+    );
+    let (code, _, said) = budget(&["--wanted", "yaw=-1"]);
+    assert_eq!(code, Some(2), "{said}");
+}
