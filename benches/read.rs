@@ -5,6 +5,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use boresight::formats::Invalid;
 use boresight::formats::las::PointColumns;
 use boresight::formats::{las, laser_csv, sbet, soundings_csv, trajectory_csv};
 use divan::Bencher;
@@ -115,28 +116,30 @@ fn measure(bencher: Bencher<'_, '_>, bytes: &[u8], read: impl Fn(&Path, &[u8]) -
 #[divan::bench]
 fn soundings_from_csv(bencher: Bencher<'_, '_>) {
     measure(bencher, &soundings(), |file, bytes| {
-        soundings_csv::read_from(file, bytes, bytes.len() as u64).map_or(0, |r| r.len())
+        soundings_csv::read_from(file, bytes, bytes.len() as u64, Invalid::Error)
+            .map_or(0, |r| r.len())
     });
 }
 
 #[divan::bench]
 fn trajectory_from_csv(bencher: Bencher<'_, '_>) {
     measure(bencher, &trajectory(), |file, bytes| {
-        trajectory_csv::read_from(file, bytes, bytes.len() as u64).map_or(0, |r| r.len())
+        trajectory_csv::read_from(file, bytes, bytes.len() as u64, Invalid::Error)
+            .map_or(0, |r| r.len())
     });
 }
 
 #[divan::bench]
 fn trajectory_from_sbet(bencher: Bencher<'_, '_>) {
     measure(bencher, &sbet_records(), |file, bytes| {
-        sbet::read_from(file, bytes, bytes.len() as u64).map_or(0, |r| r.len())
+        sbet::read_from(file, bytes, bytes.len() as u64, Invalid::Error).map_or(0, |r| r.len())
     });
 }
 
 #[divan::bench]
 fn laser_from_csv(bencher: Bencher<'_, '_>) {
     measure(bencher, &laser(), |file, bytes| {
-        laser_csv::read_from(file, bytes, bytes.len() as u64).map_or(0, |r| r.len())
+        laser_csv::read_from(file, bytes, bytes.len() as u64, Invalid::Error).map_or(0, |r| r.len())
     });
 }
 
@@ -144,6 +147,7 @@ fn laser_from_csv(bencher: Bencher<'_, '_>) {
 fn laser_from_las(bencher: Bencher<'_, '_>, compressed: bool) {
     measure(bencher, &points(compressed), |file, bytes| {
         let size = bytes.len() as u64;
-        las::read_from(file, Cursor::new(bytes.to_vec()), size).map_or(0, |r| r.len())
+        las::read_from(file, Cursor::new(bytes.to_vec()), size, Invalid::Error)
+            .map_or(0, |r| r.len())
     });
 }

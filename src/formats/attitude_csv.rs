@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::error::{FormatError, open};
 use super::rail_csv::{TILT, TURN};
+use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
 use crate::observe::AttitudeRecord;
@@ -75,17 +76,16 @@ pub fn read_from(
     let mut table = Table::open(file, source, size, &COLUMNS, &[])?;
     let mut record = AttitudeRecord::default();
     let [roll, pitch, heading] = &layout.limits;
-    while table.next_row()? {
+    table.each(None, |table| {
         let time_s = table.time(0, record.time_s.last().copied(), true)?;
-        record.time_s.push(time_s);
         let angle = |column, limits| table.number(column, limits).map(radians);
-        record.roll_rad.push(angle(1, roll)?);
-        record.pitch_rad.push(angle(2, pitch)?);
-        record.heading_rad.push(angle(3, heading)?);
-    }
-    if record.time_s.is_empty() {
-        return Err(table.no_rows());
-    }
+        let angles = (angle(1, roll)?, angle(2, pitch)?, angle(3, heading)?);
+        record.time_s.push(time_s);
+        record.roll_rad.push(angles.0);
+        record.pitch_rad.push(angles.1);
+        record.heading_rad.push(angles.2);
+        Ok(())
+    })?;
     Ok(record)
 }
 

@@ -85,9 +85,9 @@ pub enum FaultKind {
     Unwritable,
 }
 
-/// One fault of one file: where, what was found, what was expected.
+/// What is wrong with a file: where, what was found, what was expected; of a table with several faulty rows the first.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{}", said(file, place, found, expected))]
+#[error("{}", lines(self))]
 pub struct FormatError {
     /// Its kind.
     pub kind: FaultKind,
@@ -99,6 +99,15 @@ pub struct FormatError {
     pub found: String,
     /// What was expected there.
     pub expected: String,
+    /// Further faulty rows, and how many there are in all ([`super::faults`]).
+    pub others: Vec<FormatError>,
+}
+
+/// A line for each fault.
+fn lines(error: &FormatError) -> String {
+    let all = std::iter::once(error).chain(&error.others);
+    let line = |e: &FormatError| said(&e.file, &e.place, &e.found, &e.expected);
+    all.map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// What is said of a file that is not there.
@@ -130,6 +139,7 @@ impl FormatError {
             place,
             found,
             expected,
+            others: vec![],
         }
     }
 

@@ -3,8 +3,10 @@
 use std::io::{Read, Write};
 use std::path::Path;
 
-use super::error::{FormatError, open};
+use super::error::{FaultKind, FormatError, open};
+use super::faults::Invalid;
 use super::records::LaserRecords;
+use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
 use crate::observe::LaserScan;
@@ -19,37 +21,49 @@ const COORDINATE: Limits = Limits {
     expected: "a coordinate within 20000 km",
 };
 
+/// What scanners write 0,0,0 instead of.
+pub(super) const A_RETURN: &str = "a return; 0,0,0 stands for none";
+
 // READ
 
 /// Reads a laser CSV.
 ///
 /// # Errors
 /// [`FormatError`]: unreadable, empty, a column missing, a value impossible, times that descend.
-pub fn read(path: &Path) -> Result<LaserRecords, FormatError> {
+pub fn read(path: &Path, invalid: Invalid) -> Result<LaserRecords, FormatError> {
     let (file, size) = open(path)?;
-    read_from(path, file, size)
+    read_from(path, file, size, invalid)
 }
 
 /// Reads a laser CSV of `size` bytes from `source`; `file` names it in messages.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_from(file: &Path, source: impl Read, size: u64) -> Result<LaserRecords, FormatError> {
+pub fn read_from(
+    file: &Path,
+    source: impl Read,
+    size: u64,
+    invalid: Invalid,
+) -> Result<LaserRecords, FormatError> {
     let mut table = Table::open(file, source, size, &COLUMNS, &[])?;
     let mut records = LaserRecords::default();
-    while table.next_row()? {
+    let left_out = table.each(Some(invalid), |table| {
         if records.is_empty() {
             reserve(&mut records, table.expected_rows());
         }
         let time_s = table.time(0, records.time_s.last().copied(), false)?;
+        let coordinate = |column| table.number(column, &COORDINATE);
+        let (x, y, z) = (coordinate(1)?, coordinate(2)?, coordinate(3)?);
+        if (x, y, z) == (0.0, 0.0, 0.0) {
+            return Err(table.fault(FaultKind::BadValue, 1, "0,0,0".to_owned(), A_RETURN));
+        }
         records.time_s.push(time_s);
-        records.x_m.push(table.number(1, &COORDINATE)?);
-        records.y_m.push(table.number(2, &COORDINATE)?);
-        records.z_m.push(table.number(3, &COORDINATE)?);
-    }
-    if records.is_empty() {
-        return Err(table.no_rows());
-    }
+        records.x_m.push(x);
+        records.y_m.push(y);
+        records.z_m.push(z);
+        Ok(())
+    })?;
+    records.notes.extend(left_out);
     records.tidy();
     Ok(records)
 }

@@ -11,6 +11,7 @@ pub mod attitude_csv;
 pub mod columns;
 pub mod digest;
 pub mod error;
+pub mod faults;
 pub mod gsf;
 pub mod kind;
 pub mod kmall;
@@ -41,6 +42,7 @@ pub mod whole;
 pub mod xtf;
 
 pub use error::{FaultKind, FormatError, Place};
+pub use faults::Invalid;
 pub use records::{LaserRecords, SoundingRecords, TrajectoryRecords};
 pub use registry::{
     FORMATS, Format, Reader, read_attitude, read_control, read_fixes, read_laser,
@@ -55,9 +57,9 @@ use registry::extension;
 ///
 /// # Errors
 /// As [`read_laser`].
-pub fn read_laser_cloud(path: &Path) -> Result<LaserRecords, FormatError> {
+pub fn read_laser_cloud(path: &Path, invalid: Invalid) -> Result<LaserRecords, FormatError> {
     match extension(path).as_str() {
-        "las" | "laz" => las::read_untimed(path),
-        _ => read_laser(path),
+        "las" | "laz" => las::read_untimed(path, invalid),
+        _ => read_laser(path, invalid),
     }
 }

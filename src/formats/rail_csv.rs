@@ -66,21 +66,20 @@ pub(super) fn profiles(
     profilers: usize,
 ) -> Result<ProfilePoints, FormatError> {
     let mut points = ProfilePoints::default();
-    while table.next_row()? {
+    table.each(None, |table| {
         let time_s = table.time(0, points.time_s.last().copied(), false)?;
         let profiler = table.count(1)?;
         if profiler == 0 || profiler as usize > profilers {
             let expected = format!("a profiler of the survey file, 1 to {profilers}");
             return Err(table.bad_value(1, &expected));
         }
+        let (y_m, z_m) = (table.number(2, &COORDINATE)?, table.number(3, &COORDINATE)?);
         points.time_s.push(time_s);
         points.profiler.push(profiler - 1);
-        points.y_m.push(table.number(2, &COORDINATE)?);
-        points.z_m.push(table.number(3, &COORDINATE)?);
-    }
-    if points.is_empty() {
-        return Err(table.no_rows());
-    }
+        points.y_m.push(y_m);
+        points.z_m.push(z_m);
+        Ok(())
+    })?;
     Ok(points)
 }
 
@@ -92,21 +91,20 @@ pub fn read_table(path: &Path) -> Result<TableRecord, FormatError> {
     let (file, size) = open(path)?;
     let mut table = Table::open(path, file, size, &TABLE, &[])?;
     let mut record = TableRecord::default();
-    while table.next_row()? {
+    table.each(None, |table| {
         let from_s = table.time(0, record.to_s.last().copied(), true)?;
         let to_s = week::following(Some(from_s), table.number(1, &Limits::FINITE)?);
         if !(to_s > from_s) {
             let found = format!("{to_s} with from_s {from_s}");
             return Err(table.fault(FaultKind::Order, 1, found, "a later time than from_s"));
         }
+        let (heading, pitch) = (table.number(2, &TURN)?, table.number(3, &TILT)?);
         record.from_s.push(from_s);
         record.to_s.push(to_s);
-        record.heading_rad.push(radians(table.number(2, &TURN)?));
-        record.pitch_rad.push(radians(table.number(3, &TILT)?));
-    }
-    if record.is_empty() {
-        return Err(table.no_rows());
-    }
+        record.heading_rad.push(radians(heading));
+        record.pitch_rad.push(radians(pitch));
+        Ok(())
+    })?;
     Ok(record)
 }
 

@@ -25,6 +25,8 @@ pub struct TrajectoryRecords {
     pub heading_rad: Vec<f64>,
     /// Velocity east, north, up, metres per second, where the file holds it.
     pub velocity_m_s: Option<Vec<[f64; 3]>>,
+    /// What was done to the records on reading, in words.
+    pub notes: Vec<String>,
 }
 
 impl TrajectoryRecords {
@@ -126,6 +128,8 @@ pub struct SoundingRecords {
     /// What goes with each where the arrays that transmit and receive stand each on its own: then `along_rad` is the tilt of the
     /// transmitted cone and `across_rad` the angle against the receive array.
     pub arrays: Option<ArrayColumns>,
+    /// What was done to the soundings on reading, in words.
+    pub notes: Vec<String>,
 }
 
 /// Columns of soundings whose transmit and receive arrays stand, and move, each on its own.

@@ -14,6 +14,7 @@ use std::path::Path;
 
 use super::attitude_csv::{self, Layout};
 use super::error::{FaultKind, FormatError, Place, open};
+use super::faults::Invalid;
 use super::kind::kind_of;
 use super::records::{LaserRecords, SoundingRecords, TrajectoryRecords};
 use super::usbl_control_csv::{self, ControlRecords};
@@ -22,22 +23,24 @@ use super::{las, laser_csv, rail_csv, sbet, sound_speed_csv, soundings_csv, traj
 use crate::observe::{AttitudeRecord, ProfilePoints, SoundSpeedProfile, TableRecord};
 
 type Read<T> = fn(&Path) -> Result<T, FormatError>;
+/// Reads observations, of which a few may be invalid.
+type ReadSome<T> = fn(&Path, Invalid) -> Result<T, FormatError>;
 
 /// What a file gives, with the function that reads it.
 #[derive(Clone, Copy, Debug)]
 pub enum Reader {
     /// Position and attitude of the vessel.
-    Trajectory(Read<TrajectoryRecords>),
+    Trajectory(ReadSome<TrajectoryRecords>),
     /// Attitude alone, within the limits of a procedure.
     Attitude(fn(&Path, &Layout) -> Result<AttitudeRecord, FormatError>),
     /// Laser returns.
-    Laser(Read<LaserRecords>),
+    Laser(ReadSome<LaserRecords>),
     /// Beams of a multibeam.
-    Soundings(Read<SoundingRecords>),
+    Soundings(ReadSome<SoundingRecords>),
     /// Sound speed by depth.
     SoundSpeed(Read<SoundSpeedProfile>),
     /// Fixes of an acoustic positioning system.
-    Fixes(Read<FixRecords>),
+    Fixes(ReadSome<FixRecords>),
     /// Surveyed points.
     Control(Read<ControlRecords>),
     /// Profiles of a rail by so many profilers.
@@ -69,12 +72,12 @@ impl Reader {
     /// Those of the reader.
     pub fn probe(&self, path: &Path) -> Result<(), FormatError> {
         match self {
-            Self::Trajectory(read) => read(path).map(drop),
+            Self::Trajectory(read) => read(path, Invalid::Error).map(drop),
             Self::Attitude(read) => read(path, &attitude_csv::VESSEL).map(drop),
-            Self::Laser(read) => read(path).map(drop),
-            Self::Soundings(read) => read(path).map(drop),
+            Self::Laser(read) => read(path, Invalid::Error).map(drop),
+            Self::Soundings(read) => read(path, Invalid::Error).map(drop),
             Self::SoundSpeed(read) => read(path).map(drop),
-            Self::Fixes(read) => read(path).map(drop),
+            Self::Fixes(read) => read(path, Invalid::Error).map(drop),
             Self::Control(read) => read(path).map(drop),
             Self::Profiles(read) => read(path, usize::from(u8::MAX)).map(drop),
             Self::Table(read) => read(path).map(drop),
@@ -277,18 +280,18 @@ macro_rules! doors {
 }
 
 doors! {
-    /// Reads a trajectory.
-    read_trajectory, Trajectory() -> TrajectoryRecords;
+    /// Reads a trajectory, of whose records a few may be `invalid`.
+    read_trajectory, Trajectory(invalid: Invalid) -> TrajectoryRecords;
     /// Reads an attitude record within the limits of a layout.
     read_attitude, Attitude(layout: &Layout) -> AttitudeRecord;
-    /// Reads laser returns.
-    read_laser, Laser() -> LaserRecords;
-    /// Reads soundings.
-    read_soundings, Soundings() -> SoundingRecords;
+    /// Reads laser returns, of which a few may be `invalid`.
+    read_laser, Laser(invalid: Invalid) -> LaserRecords;
+    /// Reads soundings, of which a few may be `invalid`.
+    read_soundings, Soundings(invalid: Invalid) -> SoundingRecords;
     /// Reads a sound-speed profile.
     read_sound_speed, SoundSpeed() -> SoundSpeedProfile;
-    /// Reads acoustic fixes.
-    read_fixes, Fixes() -> FixRecords;
+    /// Reads acoustic fixes, of which a few may be `invalid`.
+    read_fixes, Fixes(invalid: Invalid) -> FixRecords;
     /// Reads control points.
     read_control, Control() -> ControlRecords;
     /// Reads the profiles of a rail survey of so many profilers.

@@ -1,11 +1,17 @@
 //! A table of numbers read row by row, whatever the file's format, so that a reader checks its rows in one place.
 
-use super::error::{FaultKind, FormatError};
+use std::path::Path;
+
+use super::error::{FaultKind, FormatError, Place};
+use super::faults::{Faults, Invalid};
 use super::table::Limits;
 use super::week;
 
 /// A table being read row by row; columns are counted in the order in which the reader named them.
 pub trait Rows {
+    /// The file, for messages.
+    fn file(&self) -> &Path;
+
     /// Goes to the next row; `false` at the end.
     ///
     /// # Errors
@@ -32,6 +38,40 @@ pub trait Rows {
 
     /// The error that the table holds no row.
     fn no_rows(&self) -> FormatError;
+
+    /// Takes every row with `take`, which leaves nothing behind of a row that it refuses; gives back what became of faulty rows, in words.
+    /// `invalid` is `None` for files of which no row may be missing.
+    ///
+    /// # Errors
+    /// [`FormatError`] when reading fails, no row is there, or faulty ones are not left out ([`Faults::end`]).
+    fn each(
+        &mut self,
+        invalid: Option<Invalid>,
+        mut take: impl FnMut(&Self) -> Result<(), FormatError>,
+    ) -> Result<Option<String>, FormatError>
+    where
+        Self: Sized,
+    {
+        let mut faults = Faults::of(self.file());
+        let mut any = false;
+        loop {
+            match self.next_row() {
+                Ok(false) => break,
+                Ok(true) => faults.row(take(self))?,
+                // a line that is no row of the table; reading goes on behind it
+                Err(fault) if matches!(fault.place, Place::Line { .. }) => {
+                    faults.row(Err(fault))?
+                }
+                Err(fault) => return Err(fault),
+            }
+            any = true;
+        }
+        if any {
+            faults.end(invalid)
+        } else {
+            Err(self.no_rows())
+        }
+    }
 
     /// The time in a column, seconds, which follows the one before: strictly, or not descending; counted on at the end of a GPS week.
     ///

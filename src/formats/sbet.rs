@@ -9,6 +9,7 @@ use std::io::{BufReader, Read, Write};
 use std::path::Path;
 
 use super::error::{FaultKind, FormatError, Place, open};
+use super::faults::{Faults, Invalid};
 use super::records::TrajectoryRecords;
 use super::week;
 use super::whole::write_whole;
@@ -127,9 +128,9 @@ fn wander_frame([east, north, up]: [f64; 3], wander_rad: f64) -> [f64; 3] {
 ///
 /// # Errors
 /// [`FormatError`]: unreadable, empty, truncated, an impossible value, times that do not strictly ascend.
-pub fn read(path: &Path) -> Result<TrajectoryRecords, FormatError> {
+pub fn read(path: &Path, invalid: Invalid) -> Result<TrajectoryRecords, FormatError> {
     let (file, size) = open(path)?;
-    read_from(path, file, size)
+    read_from(path, file, size, invalid)
 }
 
 /// Reads an SBET of `size` bytes from `source`; `file` names it in messages.
@@ -140,6 +141,7 @@ pub fn read_from(
     file: &Path,
     source: impl Read,
     size: u64,
+    invalid: Invalid,
 ) -> Result<TrajectoryRecords, FormatError> {
     let count = check_size(file, size)?;
     let mut source = BufReader::with_capacity(1 << 18, source);
@@ -147,6 +149,7 @@ pub fn read_from(
         velocity_m_s: Some(vec![]),
         ..TrajectoryRecords::default()
     };
+    let mut faults = Faults::of(file);
     let mut bytes = [0; RECORD_BYTES];
     for k in 0..count {
         source
@@ -154,9 +157,13 @@ pub fn read_from(
             .map_err(|e| FormatError::unreadable(file, &e))?;
         let mut record = Record::from_bytes(&bytes);
         record.time_s = week::following(records.time_s.last().copied(), record.time_s);
-        check_record(file, k, &record, records.time_s.last().copied())?;
-        push(&mut records, &record);
+        let checked = check_record(file, k, &record, records.time_s.last().copied());
+        if checked.is_ok() {
+            push(&mut records, &record);
+        }
+        faults.row(checked)?;
     }
+    records.notes.extend(faults.end(Some(invalid))?);
     Ok(records)
 }
 

@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 use super::error::{FaultKind, FormatError, open};
+use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
 use crate::observe::SoundSpeedProfile;
@@ -48,8 +49,8 @@ pub fn read_from(
         depth_m: vec![],
         speed_m_s: vec![],
     };
-    while table.next_row()? {
-        let depth_m = table.number(0, &DEPTH)?;
+    table.each(None, |table| {
+        let (depth_m, speed_m_s) = (table.number(0, &DEPTH)?, table.number(1, &SPEED)?);
         if let Some(before) = profile.depth_m.last()
             && depth_m <= *before
         {
@@ -57,11 +58,9 @@ pub fn read_from(
             return Err(table.fault(FaultKind::Order, 0, found, "strictly ascending depths"));
         }
         profile.depth_m.push(depth_m);
-        profile.speed_m_s.push(table.number(1, &SPEED)?);
-    }
-    if profile.depth_m.is_empty() {
-        return Err(table.no_rows());
-    }
+        profile.speed_m_s.push(speed_m_s);
+        Ok(())
+    })?;
     Ok(profile)
 }
 

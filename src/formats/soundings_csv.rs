@@ -8,7 +8,9 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 use super::error::{FaultKind, FormatError, open};
+use super::faults::Invalid;
 use super::records::{ArrayColumns, SoundingRecords};
+use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
 use crate::observe::{SonarNoise, SoundingRange, Soundings};
@@ -75,9 +77,9 @@ const HEAD_SPEED: Limits = Limits {
 ///
 /// # Errors
 /// [`FormatError`]: unreadable, empty, a column missing, a value impossible, times that descend, angles in radians.
-pub fn read(path: &Path) -> Result<SoundingRecords, FormatError> {
+pub fn read(path: &Path, invalid: Invalid) -> Result<SoundingRecords, FormatError> {
     let (file, size) = open(path)?;
-    read_from(path, file, size)
+    read_from(path, file, size, invalid)
 }
 
 /// Reads a soundings CSV of `size` bytes from `source`; `file` names it in messages.
@@ -88,6 +90,7 @@ pub fn read_from(
     file: &Path,
     source: impl Read,
     size: u64,
+    invalid: Invalid,
 ) -> Result<SoundingRecords, FormatError> {
     let mut table = Table::open(file, source, size, &REQUIRED, &OPTIONAL)?;
     let cones = two_arrays(&table)?;
@@ -98,28 +101,27 @@ pub fn read_from(
     }
     let (mut records, mut range) = (empty(), vec![]);
     let mut arrays = ArrayColumns::default();
-    while table.next_row()? {
+    let left_out = table.each(Some(invalid), |table| {
         if records.is_empty() {
             reserve(&mut records, &mut range, table.expected_rows());
         }
         let time_s = table.time(0, records.time_s.last().copied(), false)?;
-        records.time_s.push(time_s);
-        records.ping.push(table.count(1)?);
-        records.beam.push(table.count(2)?);
-        records
-            .across_rad
-            .push(radians(table.number(across, &ANGLE)?));
-        records
-            .along_rad
-            .push(radians(table.number(along, &ALONG)?));
-        range.push(table.number(column, limits)?);
+        let (ping, beam) = (table.count(1)?, table.count(2)?);
+        let across_rad = radians(table.number(across, &ANGLE)?);
+        let along_rad = radians(table.number(along, &ALONG)?);
+        let distance = table.number(column, limits)?;
         if cones {
-            array_row(&table, &mut arrays)?;
+            array_row(table, &mut arrays)?;
         }
-    }
-    if records.is_empty() {
-        return Err(table.no_rows());
-    }
+        records.time_s.push(time_s);
+        records.ping.push(ping);
+        records.beam.push(beam);
+        records.across_rad.push(across_rad);
+        records.along_rad.push(along_rad);
+        range.push(distance);
+        Ok(())
+    })?;
+    records.notes.extend(left_out);
     check_angle_unit(&table, &records, across)?;
     records.arrays = cones.then_some(arrays);
     records.range = if column == 5 {
@@ -159,8 +161,9 @@ fn array_row<R: Read>(table: &Table<R>, arrays: &mut ArrayColumns) -> Result<(),
             Ok(0.0)
         }
     };
-    arrays.delay_s.push(value(DELAY, &DELAYS)?);
-    arrays.head_speed_m_s.push(value(SPEED, &HEAD_SPEED)?);
+    let (delay_s, head_speed_m_s) = (value(DELAY, &DELAYS)?, value(SPEED, &HEAD_SPEED)?);
+    arrays.delay_s.push(delay_s);
+    arrays.head_speed_m_s.push(head_speed_m_s);
     Ok(())
 }
 
@@ -188,6 +191,7 @@ fn empty() -> SoundingRecords {
         along_rad: vec![],
         range: SoundingRange::Metres(vec![]),
         arrays: None,
+        notes: vec![],
     }
 }
 

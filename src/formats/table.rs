@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::error::{FaultKind, FormatError, Place, quoted};
+use super::recorder::utc;
 use super::rows::Rows;
 
 /// What a column may hold.
@@ -177,13 +178,19 @@ impl<R: Read> Table<R> {
         };
         match parse(field).or_else(|| self.with_decimal_comma(field)) {
             Some(value) if limits.contain(value) => Ok(Some(value)),
-            None if is_date(field) => {
-                let found = format!("{} (a date)", quoted(field));
-                let expected = "a number of seconds (docs/recipes.md converts dates)";
-                Err(self.fault(FaultKind::BadValue, column, found, expected))
-            }
+            None if is_date(field) && self.names[column] == "time_s" => self.date(field, column),
             _ => Err(self.bad_value(column, limits.expected)),
         }
+    }
+
+    /// Seconds since 1970 of a date with its time of day.
+    fn date(&self, field: &[u8], column: usize) -> Result<Option<f64>, FormatError> {
+        let text = std::str::from_utf8(field).unwrap_or_default();
+        let unix_s = utc::from_iso(text.trim());
+        let expected = "seconds, or a time such as 2026-06-12T08:30:15.25Z";
+        unix_s
+            .map(Some)
+            .ok_or_else(|| self.bad_value(column, expected))
     }
 
     /// "1,5" as 1.5 where commas do not part columns.
@@ -280,6 +287,10 @@ impl<R: Read> Table<R> {
 }
 
 impl<R: Read> Rows for Table<R> {
+    fn file(&self) -> &Path {
+        &self.file
+    }
+
     fn next_row(&mut self) -> Result<bool, FormatError> {
         Self::next_row(self)
     }
@@ -454,12 +465,18 @@ mod tests {
     #[test]
     fn what_is_no_number_is_named() {
         let said = |text: &str| first(text).expect_err(text).to_string();
-        assert!(said("time_s,ping\n2024-05-01T10:00:00Z,1\n").contains("(a date)"));
+        assert!(said("time_s,ping\n2024-05-01 10:00:99,1\n").contains("a time such as"));
         assert!(said("time_s,ping\n1,1.5\n").contains("a whole number"));
         assert!(said("time_s,ping\n7\n").contains("1 fields (\"7\")"));
         assert!(said("time_s,ping\n7,8,9\n").contains("(\"7,8,9\")"));
         assert!(said("time_s,ping\n1,2,3\n").contains("expected 2"));
         assert!(said("time_s;ping\n1;x\n").contains("found \"x\""));
+    }
+
+    #[test]
+    fn dates_are_times() {
+        let read = first("time_s,ping\n2026-06-12T08:30:15.25Z,1\n");
+        assert_eq!(read, Ok((1_781_253_015.25, 1)));
     }
 
     #[test]

@@ -4,7 +4,9 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 use super::error::{FaultKind, FormatError, open};
+use super::faults::Invalid;
 use super::records::TrajectoryRecords;
+use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
 use crate::observe::GeodeticTrajectory;
@@ -64,9 +66,9 @@ const SPEED: Limits = Limits {
 ///
 /// # Errors
 /// [`FormatError`]: unreadable, empty, a column missing, a value impossible, times that do not strictly ascend.
-pub fn read(path: &Path) -> Result<TrajectoryRecords, FormatError> {
+pub fn read(path: &Path, invalid: Invalid) -> Result<TrajectoryRecords, FormatError> {
     let (file, size) = open(path)?;
-    read_from(path, file, size)
+    read_from(path, file, size, invalid)
 }
 
 /// Reads a trajectory CSV of `size` bytes from `source`; `file` names it in messages.
@@ -77,21 +79,20 @@ pub fn read_from(
     file: &Path,
     source: impl Read,
     size: u64,
+    invalid: Invalid,
 ) -> Result<TrajectoryRecords, FormatError> {
     let mut table = Table::open(file, source, size, &REQUIRED, &OPTIONAL)?;
     let mut records = TrajectoryRecords {
         velocity_m_s: (7..10).all(|c| table.has(c)).then(Vec::new),
         ..TrajectoryRecords::default()
     };
-    while table.next_row()? {
+    let left_out = table.each(Some(invalid), |table| {
         if records.is_empty() {
             reserve(&mut records, table.expected_rows());
         }
-        push_row(&table, &mut records)?;
-    }
-    if records.is_empty() {
-        return Err(table.no_rows());
-    }
+        push_row(table, &mut records)
+    })?;
+    records.notes.extend(left_out);
     check_heading_unit(&table, &records)?;
     Ok(records)
 }
@@ -112,18 +113,21 @@ fn reserve(records: &mut TrajectoryRecords, rows: usize) {
 
 fn push_row<R: Read>(table: &Table<R>, records: &mut TrajectoryRecords) -> Result<(), FormatError> {
     let time_s = table.time(0, records.time_s.last().copied(), true)?;
-    records.time_s.push(time_s);
     let angle = |column, limits| table.number(column, limits).map(radians);
-    records.latitude_rad.push(angle(1, &LATITUDE)?);
-    records.longitude_rad.push(angle(2, &LONGITUDE)?);
-    records.height_m.push(table.number(3, &HEIGHT)?);
-    records.roll_rad.push(angle(4, &ROLL)?);
-    records.pitch_rad.push(angle(5, &PITCH)?);
-    records.heading_rad.push(angle(6, &HEADING)?);
+    let (latitude, longitude) = (angle(1, &LATITUDE)?, angle(2, &LONGITUDE)?);
+    let height_m = table.number(3, &HEIGHT)?;
+    let (roll, pitch, heading) = (angle(4, &ROLL)?, angle(5, &PITCH)?, angle(6, &HEADING)?);
     if let Some(velocity) = &mut records.velocity_m_s {
         let speed = |column| table.number(column, &SPEED);
         velocity.push([speed(7)?, speed(8)?, speed(9)?]);
     }
+    records.time_s.push(time_s);
+    records.latitude_rad.push(latitude);
+    records.longitude_rad.push(longitude);
+    records.height_m.push(height_m);
+    records.roll_rad.push(roll);
+    records.pitch_rad.push(pitch);
+    records.heading_rad.push(heading);
     Ok(())
 }
 

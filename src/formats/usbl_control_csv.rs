@@ -8,6 +8,7 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 use super::error::{FaultKind, FormatError, open, quoted};
+use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
 
@@ -137,8 +138,8 @@ pub fn read_from(file: &Path, source: impl Read, size: u64) -> Result<ControlRec
     let (coordinates, first) = coordinates(&table)?;
     let (axes, sigma) = axes(&table, coordinates)?;
     let mut rows: Vec<ControlRow> = vec![];
-    while table.next_row()? {
-        let row = row(&table, coordinates, (first, sigma))?;
+    table.each(None, |table| {
+        let row = row(table, coordinates, (first, sigma))?;
         if rows.iter().any(|other| other.name == row.name) {
             let found = format!("{} a second time", quoted(row.name.as_bytes()));
             return Err(table.fault(FaultKind::BadValue, 0, found, "names that differ"));
@@ -152,10 +153,8 @@ pub fn read_from(file: &Path, source: impl Read, size: u64) -> Result<ControlRec
             return Err(table.fault(FaultKind::BadValue, 1, found, "one transducer"));
         }
         rows.push(row);
-    }
-    if rows.is_empty() {
-        return Err(table.no_rows());
-    }
+        Ok(())
+    })?;
     if !rows.iter().any(|row| row.role == ControlRole::Transducer) {
         return Err(FormatError::new(
             FaultKind::BadValue,

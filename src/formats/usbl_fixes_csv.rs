@@ -10,6 +10,8 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::error::{FormatError, open};
+use super::faults::Invalid;
+use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
 
@@ -96,6 +98,8 @@ pub struct FixRecords {
     pub range: Vec<f64>,
     /// Unit direction in the transducer frame.
     pub direction: Vec<Vector3<f64>>,
+    /// What was done to the fixes on reading, in words.
+    pub notes: Vec<String>,
 }
 
 // READ
@@ -104,16 +108,21 @@ pub struct FixRecords {
 ///
 /// # Errors
 /// [`FormatError`]: unreadable, empty, columns missing, values impossible, times that descend.
-pub fn read(path: &Path) -> Result<FixRecords, FormatError> {
+pub fn read(path: &Path, invalid: Invalid) -> Result<FixRecords, FormatError> {
     let (file, size) = open(path)?;
-    read_from(path, file, size)
+    read_from(path, file, size, invalid)
 }
 
 /// Reads a fixes file of `size` bytes from `source`; `file` names it in messages.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_from(file: &Path, source: impl Read, size: u64) -> Result<FixRecords, FormatError> {
+pub fn read_from(
+    file: &Path,
+    source: impl Read,
+    size: u64,
+    invalid: Invalid,
+) -> Result<FixRecords, FormatError> {
     let mut table = Table::open(file, source, size, &REQUIRED, &OPTIONAL)?;
     let (range_kind, direction_kind) = kinds(&table)?;
     let mut records = FixRecords {
@@ -123,22 +132,22 @@ pub fn read_from(file: &Path, source: impl Read, size: u64) -> Result<FixRecords
         direction_kind,
         range: vec![],
         direction: vec![],
+        notes: vec![],
     };
-    while table.next_row()? {
+    let left_out = table.each(Some(invalid), |table| {
         let time_s = table.time(0, records.time_s.last().copied(), false)?;
         let beacon = table.text(1)?;
         if beacon.is_empty() {
             return Err(table.bad_value(1, "the name of a beacon"));
         }
-        let (range, direction) = place(&table, &records)?;
+        let (range, direction) = place(table, &records)?;
         records.beacon.push(beacon.to_owned());
         records.time_s.push(time_s);
         records.range.push(range);
         records.direction.push(direction);
-    }
-    if records.time_s.is_empty() {
-        return Err(table.no_rows());
-    }
+        Ok(())
+    })?;
+    records.notes.extend(left_out);
     Ok(records)
 }
 
@@ -269,11 +278,17 @@ mod tests {
             direction_kind,
             range: vec![0.0123, 7.5],
             direction: vec![direction, -Vector3::z()],
+            notes: vec![],
         }
     }
 
     fn read_back(text: &[u8]) -> Result<FixRecords, FormatError> {
-        read_from(Path::new("fixes.csv"), text, text.len() as u64)
+        read_from(
+            Path::new("fixes.csv"),
+            text,
+            text.len() as u64,
+            Invalid::Error,
+        )
     }
 
     #[test]

@@ -169,6 +169,7 @@ impl Observed {
                 delay_s: real(&all.delay_s),
                 head_speed_m_s: real(&all.head_speed_m_s),
             }),
+            notes: vec![],
         }
     }
 }

@@ -34,6 +34,8 @@ pub const KERNEL: Kind =
     Kind::OneOf(&["least-squares", "huber", "cauchy", "tukey", "geman-mcclure"]);
 /// An ellipsoid's name.
 pub const ELLIPSOID: Kind = Kind::OneOf(&["WGS84", "CGCS2000"]);
+/// What becomes of rows whose values cannot be.
+pub const INVALID: Kind = Kind::OneOf(&["error", "drop"]);
 /// What becomes of observations that the trajectory does not cover.
 pub const OUTSIDE: Kind = Kind::OneOf(&["error", "drop"]);
 /// A speed of sound.

@@ -46,6 +46,7 @@ impl Problem {
 }
 
 impl From<FormatError> for Problem {
+    /// The first fault.
     fn from(error: FormatError) -> Self {
         Self {
             place: error.place.to_string(),
@@ -66,8 +67,11 @@ pub struct SurveyError {
 
 impl From<FormatError> for SurveyError {
     fn from(error: FormatError) -> Self {
+        let mut first = error;
+        let others = std::mem::take(&mut first.others);
+        let all = std::iter::once(first).chain(others);
         Self {
-            problems: vec![error.into()],
+            problems: all.map(Problem::from).collect(),
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use boresight::formats::Invalid;
+use boresight::observe::{LaserCoordinates, LaserNoise};
 use boresight::procedures::pool::survey::load;
 
 /// A fault: which fixture, how to spoil its copy, and the pieces of the message that must come.
@@ -295,5 +297,96 @@ fn the_fixtures_themselves_are_good() {
     for name in ["csv", "sbet"] {
         let folder = copy(name);
         load(&folder.path().join("survey.toml")).unwrap_or_else(|e| panic!("{name}: {e}"));
+    }
+}
+
+/// Spoils a few rows of each file: a beam without a range, an INS that lost its fix, a return that was none.
+fn spoil_a_few(folder: &Path) {
+    for row in [3, 70, 150] {
+        set(folder, "multibeam.csv", row, 5, "NaN");
+    }
+    set(folder, "trajectory.csv", 40, 1, "");
+}
+
+#[test]
+fn rows_that_cannot_be_are_counted_or_left_out() {
+    let folder = copy("csv");
+    let survey = folder.path().join("survey.toml");
+    let good = load(&survey).expect("good").campaign;
+    spoil_a_few(folder.path());
+    let said = load(&survey).expect_err("faulty rows").to_string();
+    assert!(
+        said.contains("multibeam.csv: whole file: found 3 faulty rows of "),
+        "{said}"
+    );
+    assert!(
+        said.contains("trajectory.csv: whole file: found 1 faulty rows of "),
+        "{said}"
+    );
+    let shown = said.lines().filter(|l| l.contains("multibeam.csv: line "));
+    assert_eq!(shown.count(), 3, "{said}");
+
+    for section in ["[multibeam]", "[trajectory]"] {
+        replace(
+            folder.path(),
+            "survey.toml",
+            section,
+            &format!("{section}\ninvalid = \"drop\""),
+        );
+    }
+    let read = load(&survey).expect("a few may be missing");
+    assert_eq!(
+        read.campaign.soundings.time_s.len(),
+        good.soundings.time_s.len() - 3
+    );
+    assert_eq!(
+        read.campaign.trajectory.time_s.len(),
+        good.trajectory.time_s.len() - 1
+    );
+    let kept = |k: &usize| ![3, 70, 150].contains(k);
+    let beams: Vec<u32> = (0..good.soundings.beam.len())
+        .filter(kept)
+        .map(|k| good.soundings.beam[k])
+        .collect();
+    assert_eq!(
+        read.campaign.soundings.beam, beams,
+        "the other rows stay together"
+    );
+    let notes = read.notes.join("\n");
+    assert!(
+        notes.contains("multibeam.csv: 3 of ") && notes.contains("trajectory.csv: 1 of "),
+        "{notes}"
+    );
+}
+
+#[test]
+fn a_return_at_the_scanner_itself_is_none() {
+    let folder = copy("csv");
+    let mut laser =
+        boresight::formats::read_laser(&folder.path().join("lidar.laz"), Invalid::Error)
+            .expect("good");
+    let returns = laser.len();
+    laser.x_m[7] = 0.0;
+    (laser.y_m[7], laser.z_m[7]) = (0.0, 0.0);
+    let scan = laser.into_scan(
+        LaserCoordinates::Sensor,
+        LaserNoise {
+            range_m: 0.01,
+            angle_rad: 1e-4,
+            point_m: 0.0,
+        },
+    );
+    let path = folder.path().join("lidar.csv");
+    boresight::formats::laser_csv::write(&path, &scan).expect("written");
+    boresight::formats::las::write(&folder.path().join("spoilt.laz"), &scan).expect("written");
+    for name in ["lidar.csv", "spoilt.laz"] {
+        let path = folder.path().join(name);
+        let said = boresight::formats::read_laser(&path, Invalid::Error)
+            .expect_err("no return")
+            .to_string();
+        assert!(said.contains("found 0,0,0, expected a return"), "{said}");
+        let read = boresight::formats::read_laser(&path, Invalid::Drop).expect("the others");
+        assert_eq!(read.len(), returns - 1);
+        assert!(read.notes[0].contains("left out"), "{:?}", read.notes);
     }
 }

@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use boresight::formats::Invalid;
 use boresight::formats::{
     FormatError, las, laser_csv, sbet, sound_speed_csv, soundings_csv, trajectory_csv,
 };
@@ -15,12 +16,12 @@ const NAME: &str = "some/file";
 /// Reads the bytes in every way; an error must name the file and say what was found and expected.
 fn read_all(bytes: &[u8]) {
     let (file, size) = (Path::new(NAME), bytes.len() as u64);
-    complete(trajectory_csv::read_from(file, bytes, size).err());
-    complete(laser_csv::read_from(file, bytes, size).err());
-    complete(soundings_csv::read_from(file, bytes, size).err());
+    complete(trajectory_csv::read_from(file, bytes, size, Invalid::Error).err());
+    complete(laser_csv::read_from(file, bytes, size, Invalid::Error).err());
+    complete(soundings_csv::read_from(file, bytes, size, Invalid::Error).err());
     complete(sound_speed_csv::read_from(file, bytes, size).err());
-    complete(sbet::read_from(file, bytes, size).err());
-    complete(las::read_from(file, Cursor::new(bytes.to_vec()), size).err());
+    complete(sbet::read_from(file, bytes, size, Invalid::Error).err());
+    complete(las::read_from(file, Cursor::new(bytes.to_vec()), size, Invalid::Error).err());
     if let Ok(text) = std::str::from_utf8(bytes) {
         listed(parse_survey(file, text, None).err());
         listed(parse_target(file, text).err());
@@ -82,7 +83,8 @@ fn good(k: usize) -> Vec<u8> {
     }
     let laz = fixture("csv/lidar.laz");
     let size = laz.len() as u64;
-    let points = las::read_from(Path::new(NAME), Cursor::new(laz), size).expect("good");
+    let points =
+        las::read_from(Path::new(NAME), Cursor::new(laz), size, Invalid::Error).expect("good");
     let columns = las::PointColumns {
         time_s: &points.time_s,
         x_m: &points.x_m,
@@ -130,10 +132,10 @@ fn good_files_are_good() {
     for k in [2, 3, 7] {
         let bytes = good(k);
         let n = size(&bytes);
-        las::read_from(file, Cursor::new(bytes), n).expect("laser points");
+        las::read_from(file, Cursor::new(bytes), n, Invalid::Error).expect("laser points");
     }
     let bytes = good(4);
-    sbet::read_from(file, &bytes[..], size(&bytes)).expect("SBET");
+    sbet::read_from(file, &bytes[..], size(&bytes), Invalid::Error).expect("SBET");
     parse_survey(file, std::str::from_utf8(&good(5)).expect("text"), None).expect("survey");
     parse_target(file, std::str::from_utf8(&good(6)).expect("text")).expect("target");
 }
@@ -147,6 +149,7 @@ fn a_damaged_layer_size_is_found_before_room_is_made() {
     let size_at = points_at + 8 + 30 + 4;
     bytes[size_at + 3] = 0x7f;
     let size = bytes.len() as u64;
-    let error = las::read_from(Path::new(NAME), Cursor::new(bytes), size).expect_err("damaged");
+    let error = las::read_from(Path::new(NAME), Cursor::new(bytes), size, Invalid::Error)
+        .expect_err("damaged");
     assert_eq!(error.found, "the end of the compressed points", "{error}");
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use boresight::formats::Invalid;
 use boresight::formats::las::PointColumns;
 use boresight::formats::{
     self, FaultKind, las, laser_csv, sbet, sound_speed_csv, soundings_csv, trajectory_csv,
@@ -66,7 +67,7 @@ proptest! {
         let given = trajectory(&rows, with.then(|| vec![v; rows.len()]));
         let mut bytes = vec![];
         trajectory_csv::write_to(&mut bytes, &given).expect("write");
-        let back = trajectory_csv::read_from(Path::new("t.csv"), &bytes[..], bytes.len() as u64).expect("read");
+        let back = trajectory_csv::read_from(Path::new("t.csv"), &bytes[..], bytes.len() as u64, Invalid::Error).expect("read");
         prop_assert_eq!(&back.time_s, &given.time_s);
         // half a unit of the last digit: 5e-13 deg, and 5e-9 deg for the attitude
         prop_assert!(close(&back.latitude_rad, &given.latitude_rad, 1e-14) && close(&back.longitude_rad, &given.longitude_rad, 1e-14));
@@ -84,7 +85,7 @@ proptest! {
         let mut bytes = vec![];
         sbet::write_to(&mut bytes, &given, wander).expect("write");
         prop_assert_eq!(bytes.len(), 136 * rows.len());
-        let back = sbet::read_from(Path::new("t.out"), &bytes[..], bytes.len() as u64).expect("read");
+        let back = sbet::read_from(Path::new("t.out"), &bytes[..], bytes.len() as u64, Invalid::Error).expect("read");
         prop_assert_eq!(&back.time_s, &given.time_s);
         prop_assert_eq!(&back.latitude_rad, &given.latitude_rad);
         prop_assert_eq!(&back.pitch_rad, &given.pitch_rad);
@@ -109,12 +110,12 @@ proptest! {
         let columns = PointColumns { time_s: &scan.time_s, x_m: &scan.x_m, y_m: &scan.y_m, z_m: &scan.z_m, point_source_id: &[] };
         let bytes = las::write_to(&columns, compressed, None).expect("write");
         let size = bytes.len() as u64;
-        let back = las::read_from(Path::new("l.laz"), std::io::Cursor::new(bytes), size).expect("read");
+        let back = las::read_from(Path::new("l.laz"), std::io::Cursor::new(bytes), size, Invalid::Error).expect("read");
         prop_assert_eq!(&back.time_s, &scan.time_s);
         prop_assert!(close(&back.x_m, &scan.x_m, 5.1e-5) && close(&back.y_m, &scan.y_m, 5.1e-5) && close(&back.z_m, &scan.z_m, 5.1e-5));
         let mut text = vec![];
         laser_csv::write_to(&mut text, &scan).expect("write");
-        let back = laser_csv::read_from(Path::new("l.csv"), &text[..], text.len() as u64).expect("read");
+        let back = laser_csv::read_from(Path::new("l.csv"), &text[..], text.len() as u64, Invalid::Error).expect("read");
         prop_assert_eq!(&back.time_s, &scan.time_s);
         prop_assert!(close(&back.x_m, &scan.x_m, 5.1e-6) && close(&back.z_m, &scan.z_m, 5.1e-6));
     }
@@ -133,7 +134,7 @@ proptest! {
         };
         let mut bytes = vec![];
         soundings_csv::write_to(&mut bytes, &given).expect("write");
-        let back = soundings_csv::read_from(Path::new("s.csv"), &bytes[..], bytes.len() as u64).expect("read");
+        let back = soundings_csv::read_from(Path::new("s.csv"), &bytes[..], bytes.len() as u64, Invalid::Error).expect("read");
         prop_assert_eq!((&back.time_s, &back.ping, &back.beam), (&given.time_s, &given.ping, &given.beam));
         prop_assert!(close(&back.across_rad, &given.across_rad, 1e-9) && close(&back.along_rad, &given.along_rad, 1e-9));
         prop_assert_eq!(matches!(back.range, SoundingRange::TwoWayTravelTime(_)), times);
@@ -164,7 +165,12 @@ fn files_are_written_whole_and_twice_the_same() {
     let bytes = paths.clone().map(|path| std::fs::read(path).expect("read"));
     assert_eq!(bytes[0], bytes[1]);
     assert_ne!(bytes[0], bytes[2]);
-    assert_eq!(formats::read_laser(&paths[2]).expect("las").x_m, [4.0, 5.0]);
+    assert_eq!(
+        formats::read_laser(&paths[2], Invalid::Error)
+            .expect("las")
+            .x_m,
+        [4.0, 5.0]
+    );
     let nowhere = folder.path().join("missing/l.laz");
     assert_eq!(
         las::write(&nowhere, &scan).expect_err("no folder").kind,
@@ -197,8 +203,13 @@ fn a_profile_returns() {
 fn columns_come_in_any_order_with_extras_spaces_quotes_and_dos_lines() {
     let text = "\u{feff}Heading_deg, note ,time_s,latitude_deg,longitude_deg,height_m,pitch_deg,roll_deg\r\n\
                 90,\"a, b\", 1.5 ,36,120,15,-2,\"3\"\r\n91,,2.5,36,120,15,-2,3\r\n";
-    let back = trajectory_csv::read_from(Path::new("t.csv"), text.as_bytes(), text.len() as u64)
-        .expect("read");
+    let back = trajectory_csv::read_from(
+        Path::new("t.csv"),
+        text.as_bytes(),
+        text.len() as u64,
+        Invalid::Error,
+    )
+    .expect("read");
     assert_eq!(back.time_s, [1.5, 2.5]);
     assert!((back.heading_rad[0].to_degrees() - 90.0).abs() < 1e-12);
     assert!(
@@ -221,7 +232,13 @@ fn sailing(course_deg: f64, heading: impl Fn(f64) -> f64) -> Result<(), formats:
             heading(course_deg)
         );
     }
-    trajectory_csv::read_from(Path::new("t.csv"), text.as_bytes(), text.len() as u64).map(|_| ())
+    trajectory_csv::read_from(
+        Path::new("t.csv"),
+        text.as_bytes(),
+        text.len() as u64,
+        Invalid::Error,
+    )
+    .map(|_| ())
 }
 
 #[test]
@@ -251,7 +268,7 @@ fn a_real_sbet_says_the_same_of_positions_and_velocities() {
     let Some(path) = real("sbet/sbet.out") else {
         return;
     };
-    let records = formats::read_trajectory(&path).expect("a real SBET");
+    let records = formats::read_trajectory(&path, Invalid::Error).expect("a real SBET");
     assert_eq!(records.len(), 200);
     let velocity = records.velocity_m_s.as_ref().expect("velocities");
     // differenced positions on WGS84 radii; east and north agree with the wander frame's x and west y only with this reading
@@ -280,7 +297,7 @@ fn a_real_las_that_is_not_in_order_is_sorted_with_a_note() {
     let Some(path) = real("sbet/points.las") else {
         return;
     };
-    let records = formats::read_laser(&path).expect("swaths of several lines");
+    let records = formats::read_laser(&path, Invalid::Error).expect("swaths of several lines");
     assert!(records.time_s.is_sorted());
     let sorted = |note: &String| note.contains("not in order of time");
     assert!(records.notes.iter().any(sorted), "{:?}", records.notes);
@@ -382,8 +399,13 @@ fn an_unknown_extension_is_told_by_the_content_or_answered_with_the_table() {
     las::write(&cloud, &scan).expect("written");
     let renamed = folder.path().join("cloud.points");
     std::fs::copy(&cloud, &renamed).expect("copied");
-    assert_eq!(formats::read_laser(&renamed).expect("a LAZ").time_s, [1.0]);
-    let error = formats::read_trajectory(&renamed).expect_err("no trajectory");
+    assert_eq!(
+        formats::read_laser(&renamed, Invalid::Error)
+            .expect("a LAZ")
+            .time_s,
+        [1.0]
+    );
+    let error = formats::read_trajectory(&renamed, Invalid::Error).expect_err("no trajectory");
     assert_eq!(error.kind, FaultKind::UnknownFormat);
     let said = error.to_string();
     for part in ["a file of format LAS, LAZ", ".out or .sbet (SBET)"] {

@@ -4,6 +4,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use boresight::formats::Invalid;
 use boresight::formats::{self, FormatError, LaserRecords};
 
 /// A small generator, so that the points are the same in every run.
@@ -80,6 +81,7 @@ fn read(bytes: &[u8]) -> Result<LaserRecords, FormatError> {
         Path::new("some/file"),
         Cursor::new(bytes.to_vec()),
         bytes.len() as u64,
+        Invalid::Error,
     )
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use boresight::formats::Invalid;
 use boresight::procedures;
 use boresight::procedures::pool::survey::{load, scenario, write_survey};
 use boresight::procedures::seabed::simulate::{Acts, Shot};
@@ -138,8 +139,9 @@ fn a_written_survey_reads_back() {
     let survey = simulate(&file.scenario, 3).expect("a survey");
     write_survey(folder.path(), &file, &survey).expect("written");
     let campaign = &survey.campaign;
-    let soundings = boresight::formats::read_soundings(&folder.path().join("multibeam.csv"))
-        .expect("soundings");
+    let soundings =
+        boresight::formats::read_soundings(&folder.path().join("multibeam.csv"), Invalid::Error)
+            .expect("soundings");
     assert_eq!(soundings.ping, campaign.soundings.ping);
     let off = |a: &[f64], b: &[f64]| {
         a.iter()
@@ -148,10 +150,12 @@ fn a_written_survey_reads_back() {
             .fold(0.0, f64::max)
     };
     assert!(off(&soundings.across_rad, &campaign.soundings.across_rad) < 1e-8);
-    let trajectory = boresight::formats::read_trajectory(&folder.path().join("trajectory.csv"))
-        .expect("records");
+    let trajectory =
+        boresight::formats::read_trajectory(&folder.path().join("trajectory.csv"), Invalid::Error)
+            .expect("records");
     assert!(off(&trajectory.height_m, &campaign.trajectory.height_m) < 1e-6);
-    let laser = boresight::formats::read_laser(&folder.path().join("lidar.laz")).expect("returns");
+    let laser = boresight::formats::read_laser(&folder.path().join("lidar.laz"), Invalid::Error)
+        .expect("returns");
     assert_eq!(laser.len(), campaign.laser.len());
     assert!(off(&laser.x_m, &campaign.laser.x_m) < 1e-4);
     let text = std::fs::read_to_string(folder.path().join("truth.json")).expect("the truth");

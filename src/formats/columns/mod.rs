@@ -234,6 +234,10 @@ impl Columns {
 }
 
 impl Rows for Columns {
+    fn file(&self) -> &Path {
+        &self.file
+    }
+
     fn next_row(&mut self) -> Result<bool, FormatError> {
         while self.row >= self.rows() {
             if !self.next_group()? {

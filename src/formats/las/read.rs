@@ -6,27 +6,28 @@ use std::path::Path;
 use super::laz::{Fault, Points, RawPoint};
 use super::raw::{self, Header};
 use crate::formats::error::{FaultKind, FormatError, Place, open};
-use crate::formats::laser_csv::reserve;
+use crate::formats::faults::{Faults, Invalid};
+use crate::formats::laser_csv::{A_RETURN, reserve};
 use crate::formats::records::LaserRecords;
 
 /// Reads a LAS or LAZ file.
 ///
 /// # Errors
 /// [`FormatError`]: unreadable, empty, truncated, damaged, no GPS time, a value impossible.
-pub fn read(path: &Path) -> Result<LaserRecords, FormatError> {
+pub fn read(path: &Path, invalid: Invalid) -> Result<LaserRecords, FormatError> {
     let (file, size) = open(path)?;
-    read_from(path, BufReader::with_capacity(1 << 16, file), size)
+    read_from(path, BufReader::with_capacity(1 << 16, file), size, invalid)
 }
 
 /// As [`read`], for points that need no time: where the file has none, all times are 0.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_untimed(path: &Path) -> Result<LaserRecords, FormatError> {
+pub fn read_untimed(path: &Path, invalid: Invalid) -> Result<LaserRecords, FormatError> {
     let (file, size) = open(path)?;
     let mut source = BufReader::with_capacity(1 << 16, file);
     let (header, points) = raw::check(path, &mut source, size)?;
-    all(path, source, size, &header, points)
+    all(path, (source, size), &header, points, invalid)
 }
 
 /// Reads a LAS or LAZ of `size` bytes from `source`; `file` names it in messages.
@@ -37,6 +38,7 @@ pub fn read_from(
     file: &Path,
     mut source: impl Read + Seek,
     size: u64,
+    invalid: Invalid,
 ) -> Result<LaserRecords, FormatError> {
     let (header, points) = raw::check(file, &mut source, size)?;
     if !header.has_gps_time() {
@@ -50,20 +52,26 @@ pub fn read_from(
             expected,
         ));
     }
-    all(file, source, size, &header, points)
+    all(file, (source, size), &header, points, invalid)
 }
 
 /// Reads every point, checks each, puts them in order.
 fn all(
     file: &Path,
-    source: impl Read + Seek,
-    size: u64,
+    (source, size): (impl Read + Seek, u64),
     header: &Header,
     points: raw::Points,
+    invalid: Invalid,
 ) -> Result<LaserRecords, FormatError> {
+    let mut faults = Faults::of(file);
+    let mut number = 0;
     let mut records = LaserRecords::default();
     reserve(&mut records, header.points.min(1 << 24) as usize);
-    let mut take = |point| append(file, header, point, &mut records);
+    let mut take = |point| {
+        let taken = append((file, number), header, point, &mut records);
+        number += 1;
+        faults.row(taken)
+    };
     match points {
         raw::Points::Plain => plain(file, source, header, &mut take)?,
         raw::Points::Compressed(items, chunks) => {
@@ -75,6 +83,7 @@ fn all(
             }
         }
     }
+    records.notes.extend(faults.end(Some(invalid))?);
     records.tidy();
     Ok(records)
 }
@@ -113,14 +122,14 @@ fn damaged(file: &Path, point: u64, fault: Fault) -> FormatError {
 
 /// Appends a point after checking it.
 fn append(
-    file: &Path,
+    (file, number): (&Path, u64),
     header: &Header,
     point: RawPoint,
     records: &mut LaserRecords,
 ) -> Result<(), FormatError> {
     let time_s = f64::from_bits(point.time as u64);
     let bad = |found: String, expected: &str| {
-        let place = Place::Point(records.time_s.len() as u64);
+        let place = Place::Point(number);
         FormatError::new(FaultKind::BadValue, file, place, found, expected)
     };
     if !time_s.is_finite() {
@@ -130,6 +139,9 @@ fn append(
     if let Some(k) = xyz.iter().position(|v| !(v.abs() <= 2e7)) {
         let found = format!("{} = {}", ["x", "y", "z"][k], xyz[k]);
         return Err(bad(found, "a coordinate within 20000 km"));
+    }
+    if xyz == [0.0; 3] {
+        return Err(bad("0,0,0".to_owned(), A_RETURN));
     }
     let [x, y, z] = xyz;
     records.time_s.push(time_s);

@@ -228,7 +228,7 @@ mod tests {
             write(&path, &layout(), chunks.into_iter()).expect("written"),
             3
         );
-        let back = las::read(&path).expect("read");
+        let back = las::read(&path, crate::formats::Invalid::Error).expect("read");
         assert_eq!((back.time_s.len(), back.time_s[2]), (3, 2.0));
         assert!(
             (back.x_m[1] - 500_000.123_4).abs() < 1e-9 && (back.y_m[2] - 3_000_002.0).abs() < 1e-9

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::types::{Attitude, Position, Sink};
 use super::{Summary, TimeScale};
 use crate::formats::error::{FaultKind, FormatError, Place, open};
+use crate::formats::faults::Invalid;
 use crate::formats::kind::kind_of;
 use crate::formats::{gsf, kmall, kongsberg_all, novatel, pos_mv, s7k, sbet, xtf};
 
@@ -92,7 +93,7 @@ pub fn read(path: &Path, sink: &mut dyn Sink) -> Result<Summary, FormatError> {
 }
 
 fn read_sbet(path: &Path, sink: &mut dyn Sink) -> Result<Summary, FormatError> {
-    let records = sbet::read(path)?;
+    let records = sbet::read(path, Invalid::Error)?;
     for (k, time_s) in records.time_s.iter().enumerate() {
         sink.attitude(&Attitude {
             time_s: *time_s,

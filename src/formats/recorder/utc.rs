@@ -53,6 +53,57 @@ pub fn from_day_of_year(year: u32, day: u32, seconds: f64) -> Option<f64> {
     Some((days(year, 1, 1)? + i64::from(day) - 1) as f64 * DAY_S + seconds)
 }
 
+/// Unix time of an ISO 8601 date and time of day such as `2026-06-12T08:30:15.25Z`: the parts of the date may stand apart by slashes, a
+/// space may stand for the T, and instead of the Z a shift such as `+02:00`, or nothing, which means UTC. `None` where it is none.
+#[must_use]
+pub fn from_iso(text: &str) -> Option<f64> {
+    let digits = |part: &str| -> Option<u32> {
+        let all = !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+        if all { part.parse().ok() } else { None }
+    };
+    let (date, rest) = (text.get(..10)?, text.get(11..)?);
+    if !matches!(text.as_bytes()[10], b'T' | b't' | b' ') {
+        return None;
+    }
+    let apart = if date.as_bytes()[4] == b'/' { '/' } else { '-' };
+    let date: Vec<u32> = date.split(apart).map(digits).collect::<Option<_>>()?;
+    let [year, month, day] = date.try_into().ok()?;
+    let (clock, shift_s) = match rest.strip_suffix(['Z', 'z']) {
+        Some(clock) => (clock, 0.0),
+        None => match rest.rfind(['+', '-']) {
+            Some(at) => (&rest[..at], shift(&rest[at..])?),
+            None => (rest, 0.0),
+        },
+    };
+    let mut clock = clock.split(':');
+    let (hour, minute) = (digits(clock.next()?)?, digits(clock.next()?)?);
+    let second = clock.next().unwrap_or("0");
+    if clock.next().is_some() || !second.bytes().all(|b| b.is_ascii_digit() || b == b'.') {
+        return None;
+    }
+    let second: f64 = second.parse().ok()?;
+    if hour > 24 || minute > 59 || second >= 61.0 {
+        return None;
+    }
+    let of_day_s = f64::from(3600 * hour + 60 * minute) - shift_s;
+    // whole seconds are added up first: the fraction is rounded once
+    Some(days(year, month, day)? as f64 * DAY_S + of_day_s + second)
+}
+
+/// The seconds of a shift such as `+02:00`, `+0200` or `-03`.
+fn shift(text: &str) -> Option<f64> {
+    let (sign, rest) = text.split_at_checked(1)?;
+    let (hour, minute) = match (rest.split_once(':'), rest.len()) {
+        (Some(parts), _) => parts,
+        (None, 4) => rest.split_at_checked(2)?,
+        (None, _) => (rest, "0"),
+    };
+    let (hour, minute): (u32, u32) = (hour.parse().ok()?, minute.parse().ok()?);
+    let seconds = f64::from(3600 * hour + 60 * minute);
+    let whole = hour <= 14 && minute < 60;
+    whole.then_some(if sign == "-" { -seconds } else { seconds })
+}
+
 /// Unix time of a date written as the number yyyymmdd and a time of that day, seconds.
 #[must_use]
 pub fn from_digits(date: u32, seconds: f64) -> Option<f64> {
@@ -149,6 +200,38 @@ mod tests {
             (leap_seconds(before), leap_seconds(before + 1.0)),
             (17.0, 18.0)
         );
+    }
+
+    #[test]
+    fn dates_of_iso_8601_are_unix_times() {
+        // date -u -d "2026-06-12 08:30:15.25" +%s.%N
+        let whole = 1_781_253_015.25;
+        for text in [
+            "2026-06-12T08:30:15.25Z",
+            "2026-06-12 08:30:15.25",
+            "2026/06/12 08:30:15.250z",
+            "2026-06-12T10:30:15.25+02:00",
+            "2026-06-12T05:00:15.25-0330",
+            "2026-06-11T23:30:15.25-09",
+        ] {
+            assert_eq!(from_iso(text), Some(whole), "{text}");
+        }
+        assert_eq!(from_iso("2026-06-12T08:30"), Some(1_781_253_000.0));
+        for text in [
+            "2026-06-12",
+            "2026-13-12T08:30:15",
+            "2026-02-29T08:30:15",
+            "2026-06-12T08:61:15",
+            "2026-06-12T08:30:75",
+            "2026-06-12T08:30:15+99:00",
+            "2026-06-12T08:30:15:00",
+            "2026-06-12TT8:30:15",
+            "2026-06-12T08:30:1e1",
+            "",
+            "2026-06-1\u{e9}T08:30:15",
+        ] {
+            assert_eq!(from_iso(text), None, "{text}");
+        }
     }
 
     #[test]

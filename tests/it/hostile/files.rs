@@ -67,6 +67,61 @@ fn pipes_and_devices_are_no_inputs() {
     }
 }
 
+/// What a command says that must end with 2, and soon: whoever opens a pipe waits for a writer who never comes.
+#[cfg(unix)]
+fn refused_soon(folder: &Path, arguments: &[&str]) -> String {
+    let mut command = Command::new(super::PROGRAM);
+    command.args(arguments).current_dir(folder);
+    command.stdout(std::process::Stdio::null());
+    command.stderr(std::process::Stdio::piped());
+    let mut child = command.spawn().expect("started");
+    let begun = std::time::Instant::now();
+    while child.try_wait().expect("a state").is_none() {
+        if begun.elapsed().as_secs() > 60 {
+            let _ = child.kill();
+            panic!("{arguments:?} waits");
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let output = child.wait_with_output().expect("output");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+    said
+}
+
+#[cfg(unix)]
+#[test]
+fn no_procedure_waits_for_a_pipe() {
+    for scenario in ["single-pass-thin", "usbl-thin", "rail-thin", "seabed-thin"] {
+        let folder = tempfile::tempdir().expect("folder");
+        let text = fixture(&format!("models/scenarios/{scenario}.toml"));
+        std::fs::write(folder.path().join("scenario.toml"), text).expect("written");
+        accepted(folder.path(), &["simulate", "scenario.toml", "--out", "s"]);
+        let survey = folder.path().join("s");
+        let text = std::fs::read_to_string(survey.join("survey.toml")).expect("text");
+        let inputs = names(&survey);
+        let inputs = inputs.iter().filter(|n| text.contains(&format!("\"{n}\"")));
+        let inputs: Vec<&String> = inputs.collect();
+        assert!(inputs.len() > 1, "{scenario}: {text}");
+        for input in inputs {
+            let (path, kept) = (survey.join(input), folder.path().join("kept"));
+            std::fs::rename(&path, &kept).expect("renamed");
+            let made = Command::new("mkfifo").arg(&path).status();
+            if !made.is_ok_and(|status| status.success()) {
+                eprintln!("skipped: no pipes can be made here");
+                return;
+            }
+            let said = refused_soon(&survey, &["check", "survey.toml"]);
+            assert!(
+                said.contains(input.as_str()) && said.contains("special file"),
+                "{scenario}, {input}: {said}"
+            );
+            std::fs::remove_file(&path).expect("removed");
+            std::fs::rename(&kept, &path).expect("renamed");
+        }
+    }
+}
+
 // THE USER'S FILES
 
 #[test]

@@ -8,11 +8,12 @@ use super::keys::{
     SIGMA_M_OR_NONE,
 };
 use crate::calibrate::verdict::VerdictConfig;
+use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{LaserCoordinates, LaserNoise, MountingSigma, SonarNoise, TrajectoryNoise};
 use crate::procedures::pool::{JointConfig, SequentialConfig};
-use crate::survey::limits::{DURATION, ELLIPSOID, OFFSET_S, OUTSIDE, SPEED, TURN};
+use crate::survey::limits::{DURATION, ELLIPSOID, INVALID, OFFSET_S, OUTSIDE, SPEED, TURN};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
 use crate::survey::sections::{MountingAngles, Origin, OutsideRule, UtmZone};
@@ -107,6 +108,9 @@ section! {
         outside: OutsideRule = or (OutsideRule::default()), OUTSIDE;
         /// Added to the stamps, seconds; 0.
         time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
+        /// Rows whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        #[serde(skip_serializing_if = "Invalid::is_usual")]
+        invalid: Invalid = or (Invalid::default()), INVALID;
     }
 }
 
@@ -169,6 +173,9 @@ section! {
         lever_arm_sigma_m: Option<[f64; 3]> = or (None), Kind::Triple(SIGMA_M);
         /// Added to the stamps, seconds; 0.
         time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
+        /// Rows whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        #[serde(skip_serializing_if = "Invalid::is_usual")]
+        invalid: Invalid = or (Invalid::default()), INVALID;
     }
 }
 
@@ -229,6 +236,9 @@ section! {
         along_angle_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
         /// Added to the stamps, seconds; 0.
         time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
+        /// Rows whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        #[serde(skip_serializing_if = "Invalid::is_usual")]
+        invalid: Invalid = or (Invalid::default()), INVALID;
     }
 }
 

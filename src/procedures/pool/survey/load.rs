@@ -170,7 +170,7 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
         || {
             rayon::join(
                 || checked_laser(file, &paths.lidar),
-                || checked_soundings(&paths.multibeam),
+                || checked_soundings(file, &paths.multibeam),
             )
         },
     );
@@ -197,8 +197,8 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
 }
 
 /// Soundings of one head: the pool's model has one mounting for sending and hearing.
-fn checked_soundings(path: &Path) -> Result<SoundingRecords, SurveyError> {
-    let records = read_soundings(path)?;
+fn checked_soundings(file: &SurveyFile, path: &Path) -> Result<SoundingRecords, SurveyError> {
+    let records = read_soundings(path, file.multibeam.invalid)?;
     if records.arrays.is_none() {
         return Ok(records);
     }
@@ -214,7 +214,7 @@ fn checked_soundings(path: &Path) -> Result<SoundingRecords, SurveyError> {
 }
 
 fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecords, SurveyError> {
-    let mut records = read_trajectory(path)?;
+    let mut records = read_trajectory(path, file.trajectory.invalid)?;
     none_of(
         trajectory_problem(path, &records, file)
             .into_iter()
@@ -226,9 +226,9 @@ fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecord
 
 fn checked_laser(file: &SurveyFile, path: &Path) -> Result<LaserRecords, SurveyError> {
     let mut records = match file.lidar.coordinates {
-        CoordinatesName::Sensor => read_laser(path)?,
+        CoordinatesName::Sensor => read_laser(path, file.lidar.invalid)?,
         // points that are georeferenced need no time
-        _ => read_laser_cloud(path)?,
+        _ => read_laser_cloud(path, file.lidar.invalid)?,
     };
     let problem = laser_problem(path, &records, file.lidar.coordinates);
     none_of(problem.into_iter().collect())?;
@@ -283,12 +283,14 @@ fn compose(
     let Contents {
         model,
         target,
-        trajectory,
+        mut trajectory,
         mut laser,
         mut soundings,
         profile,
     } = contents;
-    let of_returns = std::mem::take(&mut laser.notes);
+    let mut on_reading = std::mem::take(&mut trajectory.notes);
+    on_reading.append(&mut laser.notes);
+    on_reading.append(&mut soundings.notes);
     let section = &file.trajectory;
     let trajectory = trajectory.into_trajectory(
         file.target.ellipsoid,
@@ -333,7 +335,7 @@ fn compose(
     };
     Ok(LoadedSurvey {
         pose: file.target.pose(),
-        notes: of_returns
+        notes: on_reading
             .into_iter()
             .chain(notes(&counts, &campaign))
             .collect(),

@@ -72,10 +72,14 @@ fn of_file(file: &SeabedSurveyFile, path: &Path) -> Result<Read, SurveyError> {
     let ends = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     let ends = ends.unwrap_or_default();
     if ends == "csv" {
-        return Ok((read_trajectory(path)?, None, vec![]));
+        return Ok((
+            read_trajectory(path, file.trajectory.invalid)?,
+            None,
+            vec![],
+        ));
     }
     if ends == "sbet" || ends == "out" {
-        let records = read_trajectory(path)?;
+        let records = read_trajectory(path, file.trajectory.invalid)?;
         return Ok((records, Some(TimeScale::SecondsOfWeek), vec![]));
     }
     let mut all = Observed::default();

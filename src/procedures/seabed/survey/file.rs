@@ -3,8 +3,9 @@
 use super::super::config::{JointSettings, SeabedConfig};
 use super::super::reference::ReferenceConfig;
 use super::super::scene::{Arrays, InsNoise, Line, Priors, SonarNoise};
+use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
-use crate::survey::limits::{ABOVE, DURATION, ELLIPSOID, Limits, limits};
+use crate::survey::limits::{ABOVE, DURATION, ELLIPSOID, INVALID, Limits, limits};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
 use crate::survey::sections::{MountingAngles, Origin};
@@ -102,6 +103,9 @@ section! {
         heading_correlation_time_s: f64 = or (120.0), Kind::Number(DURATION);
         /// Longest interval that is interpolated, seconds; soundings in a longer one are dropped.
         max_gap_s: f64 = or (1.0), Kind::Number(DURATION);
+        /// Rows whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        #[serde(skip_serializing_if = "Invalid::is_usual")]
+        invalid: Invalid = or (Invalid::default()), INVALID;
     }
 }
 
@@ -144,6 +148,9 @@ section! {
         angle_sigma_growth: f64 = or (0.0), Kind::Number(GROWTH);
         /// Soundings further out are not used, degrees.
         max_angle_deg: f64 = or (65.0), Kind::Number(limits(5.0, 90.0, "degrees from 5 to 90"));
+        /// Rows of a CSV whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        #[serde(skip_serializing_if = "Invalid::is_usual")]
+        invalid: Invalid = or (Invalid::default()), INVALID;
     }
 }
 

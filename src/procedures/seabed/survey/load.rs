@@ -81,15 +81,17 @@ fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, Su
     let named = named.map(|name| name.clone().unwrap_or_default());
     let [trajectory, profile, soundings] = named.each_ref().map(|name| folder.join(name));
     let mut problems = vec![];
-    let records = read_trajectory(&trajectory).map_err(SurveyError::from);
+    let records = read_trajectory(&trajectory, file.trajectory.invalid).map_err(SurveyError::from);
     let records = keep(&mut problems, records);
     let cast = sound_speed_csv::read(&profile).map_err(SurveyError::from);
     let cast = keep(&mut problems, cast);
-    let observed = read_soundings(&soundings).map_err(SurveyError::from);
+    let observed = read_soundings(&soundings, file.multibeam.invalid).map_err(SurveyError::from);
     let observed = keep(&mut problems, observed);
-    let (Some(records), Some(cast), Some(observed)) = (records, cast, observed) else {
+    let (Some(mut records), Some(cast), Some(mut observed)) = (records, cast, observed) else {
         return Err(SurveyError { problems });
     };
+    let mut notes = std::mem::take(&mut records.notes);
+    notes.append(&mut observed.notes);
     let inputs = digests(path, folder, &named.each_ref().map(String::as_str))?;
     let read = observed.time_s.len();
     let arm_m = Vector3::from(file.trajectory.lever_arm_m);
@@ -101,7 +103,7 @@ fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, Su
         scene,
         read,
         inputs,
-        notes: vec![],
+        notes,
         recorders: vec![],
     })
 }

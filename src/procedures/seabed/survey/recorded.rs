@@ -6,7 +6,7 @@ use super::external::{self, External};
 use super::file::{LineSection, SeabedSurveyFile};
 use super::filled::{self, Given};
 use crate::formats::recorder::{Array, Installation, Profile, table, utc};
-use crate::formats::{SoundingRecords, TrajectoryRecords, sound_speed_csv};
+use crate::formats::{SoundingRecords, TrajectoryRecords, error, sound_speed_csv};
 use crate::observe::{Mounting, SoundSpeedProfile};
 use crate::recorders::navigation::Lacking;
 use crate::recorders::observed::ObservedFile;
@@ -65,8 +65,8 @@ pub(super) fn recorder_files(
 
 fn is_recorder(path: &Path) -> bool {
     let mut head = vec![];
-    let Ok(file) = std::fs::File::open(path) else {
-        return false;
+    let Ok((file, _)) = error::open(path) else {
+        return false; // whoever reads it says why
     };
     let beginning = std::io::Read::take(file, table::HEAD as u64);
     let read = std::io::Read::read_to_end(&mut { beginning }, &mut head);

@@ -11,7 +11,7 @@ use super::file::{
 use super::scenario::SeabedScenario;
 use crate::formats::records::ArrayColumns;
 use crate::formats::{
-    FormatError, SoundingRecords, sound_speed_csv, soundings_csv, trajectory_csv, whole,
+    FormatError, Invalid, SoundingRecords, sound_speed_csv, soundings_csv, trajectory_csv, whole,
 };
 use crate::geometry::ellipsoid::{Geodetic, TargetPose, ecef_from_level};
 use crate::geometry::{Point, Target, rotation};
@@ -54,6 +54,7 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
             angle_sigma_deg: m.angle_sigma_deg,
             angle_sigma_growth: m.angle_sigma_growth,
             max_angle_deg: (m.half_swath_deg - 2.0).clamp(5.0, 65.0),
+            invalid: Invalid::Error,
         },
         seabed: scenario.seabed.clone(),
         reference: scenario.reference.clone(),
@@ -153,6 +154,7 @@ pub fn soundings(scenario: &SeabedScenario, shots: &[Shot]) -> SoundingRecords {
             delay_s: column(|s| s.delay_s),
             head_speed_m_s: vec![scenario.sound_speed_m_s; shots.len()],
         }),
+        notes: vec![],
     }
 }
 

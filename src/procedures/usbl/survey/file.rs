@@ -4,10 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use super::keys::{SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M};
 use crate::calibrate::verdict::VerdictConfig;
+use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
 use crate::observe::usbl::{AngleModel, AttitudeNoise, DatumSigma, FixNoise};
 use crate::procedures::usbl::{JointConfig, ReferenceConfig};
-use crate::survey::limits::{ABOVE, DURATION, ELLIPSOID, OFFSET_S, OUTSIDE, SPEED, limits};
+use crate::survey::limits::{
+    ABOVE, DURATION, ELLIPSOID, INVALID, OFFSET_S, OUTSIDE, SPEED, limits,
+};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
 use crate::survey::sections::{MountingAngles, OutsideRule};
@@ -95,6 +98,9 @@ section! {
         turnaround_s: f64 = or (0.0), Kind::Number(limits(0.0, 10.0, "seconds from 0 to 10"));
         /// Added to the stamps, seconds; 0.
         time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
+        /// Rows whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        #[serde(skip_serializing_if = "Invalid::is_usual")]
+        invalid: Invalid = or (Invalid::default()), INVALID;
     }
 }
 

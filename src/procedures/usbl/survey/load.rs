@@ -21,7 +21,7 @@ use crate::observe::{AttitudeRecord, SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::results::InputFile;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
-use crate::survey::reading::{digests, missing_files, read_text, typed};
+use crate::survey::reading::{digests, keep, missing_files, read_text, typed};
 use crate::survey::schema;
 use crate::survey::sections::OutsideRule;
 
@@ -117,18 +117,19 @@ struct Contents {
 /// Reads all files; the faults of all of them come together.
 fn read(file: &UsblFile, folder: &Path) -> Result<Contents, SurveyError> {
     let mut problems: Vec<Problem> = vec![];
-    let control =
-        read_control(&folder.join(&file.control.path)).map_err(|e| problems.push(e.into()));
-    let fixes = read_fixes(&folder.join(&file.fixes.path)).map_err(|e| problems.push(e.into()));
-    let attitude = read_attitude(&folder.join(&file.attitude.path), &attitude_csv::VESSEL)
-        .map_err(|e| problems.push(e.into()));
+    let control = read_control(&folder.join(&file.control.path));
+    let control = keep(&mut problems, control.map_err(SurveyError::from));
+    let fixes = read_fixes(&folder.join(&file.fixes.path), file.fixes.invalid);
+    let fixes = keep(&mut problems, fixes.map_err(SurveyError::from));
+    let attitude = read_attitude(&folder.join(&file.attitude.path), &attitude_csv::VESSEL);
+    let attitude = keep(&mut problems, attitude.map_err(SurveyError::from));
     let profile = file.sound_speed.profile.as_ref();
     let profile = profile
         .map(|name| read_sound_speed(&folder.join(name)))
-        .transpose()
-        .map_err(|e| problems.push(e.into()));
+        .transpose();
+    let profile = keep(&mut problems, profile.map_err(SurveyError::from));
     match (control, fixes, attitude, profile) {
-        (Ok(control), Ok(fixes), Ok(attitude), Ok(profile)) => Ok(Contents {
+        (Some(control), Some(fixes), Some(attitude), Some(profile)) => Ok(Contents {
             control,
             fixes,
             attitude,
@@ -188,12 +189,14 @@ fn compose(
         transducer_depth_m: file.transducer.depth_m.unwrap_or(1.0),
         datum: file.control.datum(),
     };
+    let mut of_reading = contents.fixes.notes;
+    of_reading.extend(notes(
+        &file,
+        &contents.attitude.time_s,
+        (dropped, repeats, fixes_read),
+    ));
     Ok(LoadedUsbl {
-        notes: notes(
-            &file,
-            &contents.attitude.time_s,
-            (dropped, repeats, fixes_read),
-        ),
+        notes: of_reading,
         file,
         campaign,
         inputs,

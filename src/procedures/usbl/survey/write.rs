@@ -9,6 +9,7 @@ use super::file::{
     WaterSection,
 };
 use super::scenario::{Calibration, UsblScenarioFile};
+use crate::formats::Invalid;
 use crate::formats::attitude_csv;
 use crate::formats::usbl_control_csv::{
     self, ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
@@ -85,6 +86,7 @@ fn survey_file(scenario: &Scenario, calibration: &Calibration) -> UsblFile {
             nominal_speed_m_s: Some(f.nominal_speed_m_s),
             turnaround_s: 0.0,
             time_offset_s: 0.0,
+            invalid: Invalid::Error,
         },
         attitude: AttitudeSection {
             path: ATTITUDE_FILE.to_owned(),
@@ -204,5 +206,6 @@ fn fixes(scenario: &Scenario, survey: &Simulated) -> FixRecords {
         direction_kind,
         range: fixes.travel_time_s.iter().map(|t| t * per_second).collect(),
         direction: fixes.direction.clone(),
+        notes: vec![],
     }
 }
