@@ -18,6 +18,7 @@ use serde_json::Value;
 
 use super::choices::Method;
 use super::cloud::{Cloud, SensorModel};
+use super::planning::{PlanAsk, Planner};
 use super::tried::Tried;
 use crate::formats::FormatError;
 use crate::results::{Calibration, InputFile, Page, Provenance, Software};
@@ -52,6 +53,19 @@ pub trait Procedure: Sync {
     /// A survey file made from recorder files; `None` where it reads none. What is wrong with them stands in it.
     fn template_from(&self, _files: &[PathBuf]) -> Option<String> {
         None
+    }
+
+    /// What to sail next, of the text of a scenario or survey file; `None` where the procedure plans nothing.
+    ///
+    /// # Errors
+    /// [`InputError`] with everything that is wrong with the file or the question.
+    fn planner(
+        &self,
+        _file: &Path,
+        _text: &str,
+        _ask: &PlanAsk,
+    ) -> Result<Option<Box<dyn Planner>>, InputError> {
+        Ok(None)
     }
 
     /// Which settings it has a use for.

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
-use super::plan::Wanted;
 use crate::calibrate::choices::Method;
 use crate::calibrate::vary::Vary;
 use crate::procedures;
@@ -574,8 +573,8 @@ pub struct Plan {
     pub criterion: CriterionName,
     /// Standard deviations wanted, degrees and millimetres; those not named as by default
     /// [default: pitch=0.015,roll=0.015,yaw=0.015,lx=1.2,ly=1.2,lz=1.2, the best published]
-    #[arg(long, value_name = "NAME=VALUE,...")]
-    pub wanted: Option<Wanted>,
+    #[arg(long, value_name = "NAME=VALUE,...", value_delimiter = ',', value_parser = goal)]
+    pub wanted: Vec<(String, f64)>,
     /// Passes to add at the most
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub most: u16,
@@ -605,6 +604,13 @@ fn positive(text: &str) -> Result<f64, String> {
 fn goal(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE,...")?;
     Ok((name.trim().to_owned(), positive(value)?))
+}
+
+/// `--wanted` as it was typed; nothing where it was not.
+pub fn wanted_words(wanted: &[(String, f64)]) -> Option<String> {
+    let each = wanted.iter().map(|(name, value)| format!("{name}={value}"));
+    let each: Vec<String> = each.collect();
+    (!each.is_empty()).then(|| format!("--wanted {}", each.join(",")))
 }
 
 fn below_a_right_angle(text: &str) -> Result<f64, String> {

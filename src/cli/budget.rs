@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 use super::Ending;
-use super::args::Budget;
+use super::args::{Budget, wanted_words};
 use super::calibrate::folder_of;
 use super::demo::demo_or;
 use super::error::CliError;
@@ -128,13 +128,7 @@ fn command(args: &Budget) -> String {
         words.push(format!("--seed {}", args.seed));
     }
     words.extend(args.vary.iter().map(|v| format!("--vary '{}'", v.text())));
-    if !args.wanted.is_empty() {
-        let each = args
-            .wanted
-            .iter()
-            .map(|(name, value)| format!("{name}={value}"));
-        words.push(format!("--wanted {}", each.collect::<Vec<_>>().join(",")));
-    }
+    words.extend(wanted_words(&args.wanted));
     if args.depth != DEPTHS_M {
         let depths: Vec<String> = args.depth.iter().map(ToString::to_string).collect();
         words.push(format!("--depth {}", depths.join(",")));

@@ -8,8 +8,6 @@ use crate::calibrate::vary::VaryError;
 use crate::files::{FolderError, Overwrites};
 use crate::formats::FormatError;
 use crate::geometry::utm::UtmError;
-use crate::procedures::pool::PoolError;
-use crate::procedures::pool::budget::passes::PassError;
 use crate::report::ReportError;
 use crate::simulate::SimulateError;
 use crate::survey::{ScenarioError, SurveyError};
@@ -32,9 +30,6 @@ pub enum CliError {
     /// A file could not be read or written.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// The calibration could not work with its input.
-    #[error(transparent)]
-    Pool(#[from] PoolError),
     /// A report could not be written.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -123,9 +118,6 @@ pub enum CliError {
     /// A sweep that cannot be run.
     #[error(transparent)]
     Sweep(#[from] VaryError),
-    /// A pass that tells nothing.
-    #[error(transparent)]
-    Pass(#[from] PassError),
     /// More keys than a picture has axes.
     #[error("--vary: found {found} keys, expected one or two")]
     TooManyKeys {
@@ -153,18 +145,12 @@ pub enum CliError {
         procedure: &'static str,
     },
     /// A plan of a procedure that has none.
-    #[error("{}: procedure: found \"{procedure}\", expected \"pool\": only a pool survey is planned; what a {procedure} survey would determine its budget says", file.display())]
+    #[error("{}: procedure: found \"{procedure}\", expected a procedure that plans passes; what a {procedure} survey would determine its budget says", file.display())]
     NoPlan {
         /// The file.
         file: PathBuf,
         /// The procedure.
         procedure: &'static str,
-    },
-    /// A survey without passes to plan on.
-    #[error("{}: whole file: found no pass along the wall, or laser points that are georeferenced already; expected a survey with passes and [lidar] coordinates = \"sensor\"", file.display())]
-    NoPasses {
-        /// The file.
-        file: PathBuf,
     },
     /// The demo's scenario, which the user has changed.
     #[error("{}: whole file: found a scenario that you changed, expected the demo's as it was written: name this file instead of {demo}, or another folder with --out", file.display())]

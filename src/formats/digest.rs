@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(stamps.unchanged(), Ok(()));
         std::fs::write(&b, b"three").expect("write");
         let error = stamps.unchanged().expect_err("changed");
-        assert_eq!(error.file, b);
+        assert_eq!(*error.file, *b);
     }
 
     /// FIPS 180-2, appendix B.1.

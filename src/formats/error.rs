@@ -1,7 +1,7 @@
 //! What is wrong with a file, and where.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use thiserror::Error;
 
@@ -92,20 +92,23 @@ pub struct FormatError {
     /// Its kind.
     pub kind: FaultKind,
     /// The file.
-    pub file: PathBuf,
+    pub file: Box<Path>,
     /// The place in it.
     pub place: Place,
     /// What was found there.
     pub found: String,
     /// What was expected there.
     pub expected: String,
-    /// Further faulty rows, and how many there are in all ([`super::faults`]).
-    pub others: Vec<FormatError>,
+    /// On the heap together, so that an error stays small.
+    others: Option<Box<Others>>,
 }
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Others(Vec<FormatError>);
 
 /// A line for each fault.
 fn lines(error: &FormatError) -> String {
-    let all = std::iter::once(error).chain(&error.others);
+    let all = std::iter::once(error).chain(error.others());
     let line = |e: &FormatError| said(&e.file, &e.place, &e.found, &e.expected);
     all.map(line).collect::<Vec<_>>().join("\n")
 }
@@ -132,15 +135,28 @@ impl FormatError {
         found: impl Into<String>,
         expected: impl Into<String>,
     ) -> Self {
-        let (file, found, expected) = (file.to_owned(), found.into(), expected.into());
+        let (file, found, expected) = (file.into(), found.into(), expected.into());
         Self {
             kind,
             file,
             place,
             found,
             expected,
-            others: vec![],
+            others: None,
         }
+    }
+
+    /// The same with further faulty rows, and how many there are in all.
+    #[must_use]
+    pub fn with(mut self, others: Vec<Self>) -> Self {
+        self.others = (!others.is_empty()).then(|| Box::new(Others(others)));
+        self
+    }
+
+    /// Further faulty rows, and how many there are in all ([`super::faults`]).
+    #[must_use]
+    pub fn others(&self) -> &[Self] {
+        self.others.as_ref().map_or(&[], |others| &others.0)
     }
 
     /// A file that cannot be opened or read.

@@ -82,7 +82,7 @@ impl Faults {
     /// The first faults, and how many there are, unless all of them are left out.
     pub fn end(self, invalid: Option<Invalid>) -> Result<Option<String>, FormatError> {
         let mut faults = self.first.into_iter();
-        let Some(mut first) = faults.next() else {
+        let Some(first) = faults.next() else {
             return Ok(None);
         };
         let (faulty, rows) = (self.faulty, self.rows);
@@ -94,8 +94,8 @@ impl Faults {
                 "{name}: {faulty} of {rows} rows are invalid and were left out; the first: {place}: found {found}"
             )));
         }
-        first.others = faults.collect();
-        let shown = 1 + first.others.len();
+        let mut others: Vec<FormatError> = faults.collect();
+        let shown = 1 + others.len();
         let mut found = format!("{faulty} faulty rows of {rows}");
         if shown < faulty {
             found.push_str(&format!(", of which these are the first {shown}"));
@@ -113,9 +113,9 @@ impl Faults {
         };
         if faulty > 1 || (droppable && invalid.is_some()) {
             let all = FormatError::new(first.kind, &self.file, Place::File, found, expected);
-            first.others.push(all);
+            others.push(all);
         }
-        Err(first)
+        Err(first.with(others))
     }
 }
 

@@ -60,7 +60,7 @@ pub trait Rows {
                 Ok(true) => faults.row(take(self))?,
                 // a line that is no row of the table; reading goes on behind it
                 Err(fault) if matches!(fault.place, Place::Line { .. }) => {
-                    faults.row(Err(fault))?
+                    faults.row(Err(fault))?;
                 }
                 Err(fault) => return Err(fault),
             }

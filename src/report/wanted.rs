@@ -119,16 +119,19 @@ fn of_values(result: &BudgetResult, points: &[SweepPoint], keys: &str) -> String
             },
         }
     }
-    let list = |values: Vec<String>| {
-        if values.is_empty() {
-            "none".to_owned()
-        } else {
-            values.join(", ")
-        }
-    };
-    format!(
-        "{keys}, good enough for the joint path: {}; not good enough: {}.",
-        list(enough),
-        list(short)
-    )
+    match (enough.is_empty(), short.is_empty()) {
+        (_, true) => format!(
+            "The joint path reaches it at every value of {keys}: {}.",
+            enough.join(", ")
+        ),
+        (true, _) => format!(
+            "The joint path reaches it at no value of {keys}: {}.",
+            short.join(", ")
+        ),
+        _ => format!(
+            "The joint path reaches it at {} and does not at {} ({keys}).",
+            enough.join(", "),
+            short.join(", ")
+        ),
+    }
 }

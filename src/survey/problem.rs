@@ -50,7 +50,7 @@ impl From<FormatError> for Problem {
     fn from(error: FormatError) -> Self {
         Self {
             place: error.place.to_string(),
-            file: error.file,
+            file: error.file.into(),
             found: error.found,
             expected: error.expected,
         }
@@ -67,9 +67,8 @@ pub struct SurveyError {
 
 impl From<FormatError> for SurveyError {
     fn from(error: FormatError) -> Self {
-        let mut first = error;
-        let others = std::mem::take(&mut first.others);
-        let all = std::iter::once(first).chain(others);
+        let others = error.others().to_vec();
+        let all = std::iter::once(error).chain(others);
         Self {
             problems: all.map(Problem::from).collect(),
         }

@@ -335,7 +335,7 @@ fn no_reader_of_the_table_takes_what_is_no_file_of_its_own() {
                 for reader in format.readers {
                     let error = reader.probe(&path);
                     let error = error.expect_err(&format!("{} took {what}", format.name));
-                    assert_eq!(error.file, path, "{error}");
+                    assert_eq!(*error.file, *path, "{error}");
                     assert!(
                         !error.found.is_empty() && !error.expected.is_empty(),
                         "{error}"

@@ -24,7 +24,7 @@ fn read(name: &str) -> ProfilePoints {
 /// The error of reading a file; it must name the file.
 fn refused(path: &Path) -> FormatError {
     let error = read_rail_profiles(path, 2).expect_err("a fault");
-    assert_eq!(error.file, path);
+    assert_eq!(*error.file, *path);
     error
 }
 
@@ -281,7 +281,7 @@ fn never_panics(bytes: &[u8]) {
             !error.found.is_empty() && !error.expected.is_empty(),
             "{said}"
         );
-        assert_eq!(error.file, path);
+        assert_eq!(*error.file, *path);
     }
     let Ok(mut columns) = Columns::open(&path, &["profiler", "z_m"]) else {
         return;

@@ -36,7 +36,7 @@ fn the_budget_says_at_which_values_the_wanted_is_reached() {
     let (code, said, _) = budget(&["--vary", vary, "--wanted", "yaw=0.115"]);
     assert_eq!(code, Some(0), "{said}");
     assert!(said.contains("Wanted: yaw 0.115 deg."), "{said}");
-    assert!(said.contains("good enough for the joint path: 0.001; not good enough: 0.005 (yaw 0.118 deg), 0.02 (no result)"), "{said}");
+    assert!(said.contains("The joint path reaches it at 0.001 and does not at 0.005 (yaw 0.118 deg), 0.02 (no result) (trajectory position drift sigma, m)."), "{said}");
     assert!(
         said.contains("No figures at 0.02: "),
         "a value without figures is said: {said}"

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::budget::planner::planner;
 use super::budget::trials::{Configuration, PoolObserved, PoolTrials};
 use super::check::checked;
 use super::preview::preview;
@@ -12,6 +13,7 @@ use super::survey::claims::claims;
 use super::survey::{LoadedSurvey, ScenarioFile, load, scenario, write_survey};
 use super::{PoolError, PoolInput, calibrate};
 use crate::calibrate::cloud::{Cloud, SensorModel};
+use crate::calibrate::planning::{PlanAsk, Planner};
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
     Simulated, Uses, make_folder, provenance, read_truth,
@@ -51,6 +53,15 @@ impl Procedure for Pool {
             ),
             ("Any faces.", super::survey::keys::FACES),
         ]
+    }
+
+    fn planner(
+        &self,
+        file: &Path,
+        text: &str,
+        ask: &PlanAsk,
+    ) -> Result<Option<Box<dyn Planner>>, InputError> {
+        planner(file, text, ask).map(Some)
     }
 
     fn uses(&self) -> Uses {

@@ -20,6 +20,7 @@ pub mod influence;
 pub mod passes;
 pub mod plan;
 pub mod planned;
+pub(super) mod planner;
 mod propagate;
 pub mod records;
 pub mod sailed;
