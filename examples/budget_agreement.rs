@@ -6,6 +6,11 @@
 //! parameter: predicted and found standard deviation, the ratio of variances with its chi-square interval (5 % family-wise, after
 //! Sidak, over everything in this run), and predicted and found mean.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "no result of the program hangs on these"
+)]
+
 use boresight::observe::Mounting;
 use boresight::procedures::pool::budget::analytic::{PathBudget, analytic_with};
 use boresight::procedures::pool::config::Variant;
@@ -141,7 +146,8 @@ fn trial(scenario: &Scenario, seed: u64) -> [Option<Errors>; 2] {
         joint: &joint,
         seed,
     };
-    let outcome = calibrate(&input, &|_| {}).expect("input that can be worked with");
+    let outcome =
+        calibrate(&input, &boresight::watch::Unwatched).expect("input that can be worked with");
     let error = |found: &Mounting| difference(found, &survey.reality.sonar);
     let reference = outcome.sequential.as_ref().and_then(|s| s.as_ref().ok());
     [

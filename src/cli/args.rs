@@ -53,7 +53,8 @@ EXIT CODES
   0   a usable result
   1   no usable result; result.json and report.html say why (usable: false)
   2   bad usage or bad input; nothing was written
-  130 budget was stopped by Ctrl-C; its trials are kept";
+  130 stopped by Ctrl-C: nothing is left half written, and budget keeps its
+      trials";
 
 const BUDGET_AFTER: &str = "\
 EXAMPLES
@@ -89,6 +90,16 @@ EXAMPLES
   on another number of threads:
     boresight budget scenario.toml --trials 10000 --out big
     boresight budget scenario.toml --trials 10000 --out big --resume
+
+  On a cluster, 20 parts of 500 trials as an array job of Slurm (no seed twice):
+    #SBATCH --array=0-19
+    ID=$SLURM_ARRAY_TASK_ID
+    boresight budget scenario.toml --trials 500 --seed $((1 + 500 * ID)) \
+      --only-trials --out part-$ID
+  and then, on any one machine, what a single run of 10000 would have given:
+    boresight budget scenario.toml --join part-* --out all
+  Parts take the same --vary as the joining; --single as large as --trials in
+  every part, or in the part of the first seeds alone.
 
 KEYS OF --vary
   A dotted path in the scenario file, in its units:
@@ -534,14 +545,20 @@ pub struct Budget {
     pub vary: Vec<Vary>,
     /// Errors that would do, in the units of the tables (deg, mm, ms, ppm): the answer says whether they are reached, and with --vary
     /// at which values
-    #[arg(long, value_name = "NAME=VALUE,...", value_delimiter = ',', value_parser = goal)]
+    #[arg(long, value_name = "NAME=VALUE,...", value_delimiter = ',', value_parser = goal, conflicts_with = "only_trials")]
     pub wanted: Vec<(String, f64)>,
     /// Depths below the sonar at which uncertainty across the swath is shown, metres
-    #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive, default_values_t = crate::budget::DEPTHS_M)]
+    #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive, default_values_t = crate::budget::DEPTHS_M, conflicts_with = "only_trials")]
     pub depth: Vec<f64>,
     /// Continue with the trials that are in the folder
-    #[arg(long, requires = "trials")]
+    #[arg(long, requires = "trials", conflicts_with = "join")]
     pub resume: bool,
+    /// Run the trials of these seeds and keep them in OUT/trials, without tables and report: one part of many
+    #[arg(long, requires = "trials", conflicts_with = "join")]
+    pub only_trials: bool,
+    /// Join the trials of such parts: the ledgers, tables and report of one run; --trials and --single check how many there are
+    #[arg(long, value_name = "PART", num_args = 1.., value_hint = ValueHint::DirPath)]
+    pub join: Vec<PathBuf>,
     /// Folder to write into [default: named after the scenario, with -budget]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,

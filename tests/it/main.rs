@@ -1,5 +1,9 @@
 //! The integration tests, one binary: `cargo test --release --test it NAME` runs the tests of one file.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "no result of the program hangs on these"
+)]
 #![allow(clippy::unwrap_used)]
 
 mod bad_input;
@@ -48,6 +52,7 @@ mod sequential_path;
 mod simulate;
 mod simulate_rays;
 mod spheres;
+mod stopping;
 mod survey_files;
 mod template;
 mod usbl;

@@ -15,12 +15,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::adjust::fingerprint;
 use crate::calibrate::tried::{Trial, Tried};
 use crate::formats::digest::sha256_of;
 pub use line::Columns;
 
 /// Version of the layout.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// What a ledger's trials are of. Only trials of an equal header may stand in one ledger.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,6 +30,9 @@ pub struct Header {
     pub format: u32,
     /// Version of the program: another one may give other numbers.
     pub version: String,
+    /// Fingerprint of the arithmetic ([`fingerprint`]): on another one the same seeds give other last digits.
+    #[serde(default)]
+    pub numerics: String,
     /// Name of the procedure.
     pub procedure: String,
     /// Name of the scenario.
@@ -53,6 +57,7 @@ impl Header {
         Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            numerics: fingerprint().to_owned(),
             procedure: tried.procedure().to_owned(),
             scenario: tried.scenario().to_owned(),
             acting: acting.to_owned(),
@@ -92,7 +97,9 @@ impl Header {
             .map(|(name, (a, b))| (name, a, b))
     }
 
-    fn text(&self) -> String {
+    /// The first two lines of a ledger, each with its line end.
+    #[must_use]
+    pub fn text(&self) -> String {
         let json = serde_json::to_string(self).unwrap_or_default();
         format!("{MARK}{json}\n{}\n", self.columns.text())
     }
@@ -124,12 +131,31 @@ pub enum LedgerError {
         /// What this run needs.
         expected: String,
     },
+    /// Trials whose last digits are another machine's.
+    #[error(
+        "{}: its trials were computed where the last digits come out otherwise (numerics {found}, here {expected}); continue them with the build and on the kind of machine that began them, or choose another --out",
+        file.display()
+    )]
+    Numerics {
+        /// The file.
+        file: PathBuf,
+        /// Beginning of the file's fingerprint.
+        found: String,
+        /// Beginning of this build's.
+        expected: String,
+    },
     /// Trials are there and nobody said that they are to be continued.
     #[error(
         "{}: found trials of an earlier run; continue them with --resume, or choose another --out",
         file.display()
     )]
     Taken {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Joined ledgers where there are some.
+    #[error("{}: found trials that are there already; choose another --out", file.display())]
+    Joined {
         /// The file.
         file: PathBuf,
     },
@@ -218,6 +244,29 @@ pub fn prepare(file: &Path, header: &Header) -> Result<u64, LedgerError> {
     Ok(done)
 }
 
+/// What a ledger says of itself.
+///
+/// # Errors
+/// [`LedgerError`]: no ledger, or one that cannot be read.
+pub fn header_of(file: &Path) -> Result<Header, LedgerError> {
+    let open = File::open(file).map_err(|e| system(file, &e))?;
+    let mut head = vec![];
+    let mut input = BufReader::new(open);
+    input
+        .read_until(b'\n', &mut head)
+        .map_err(|e| system(file, &e))?;
+    header_in(&head).ok_or_else(|| damaged(file, 1, &head, A_HEADER))
+}
+
+/// The header in a ledger's first line.
+fn header_in(line: &[u8]) -> Option<Header> {
+    let text = String::from_utf8_lossy(line);
+    serde_json::from_str(text.strip_prefix(MARK)?).ok()
+}
+
+/// What the first line should be.
+const A_HEADER: &str = "the header of a boresight file of trials";
+
 /// The trials of a ledger in the order of seeds; a torn record at the end is left out.
 ///
 /// # Errors
@@ -249,12 +298,8 @@ impl Records {
             good_bytes: 0,
         };
         let head = records.line()?;
-        let text = String::from_utf8_lossy(&head);
-        let found: Option<Header> = text
-            .strip_prefix(MARK)
-            .and_then(|json| serde_json::from_str(json).ok());
-        let Some(found) = found else {
-            return Err(records.damaged(&head, "the header of a boresight file of trials"));
+        let Some(found) = header_in(&head) else {
+            return Err(records.damaged(&head, A_HEADER));
         };
         if let Some((what, found, expected)) = header.difference(&found) {
             let file = file.to_owned();
@@ -263,6 +308,14 @@ impl Records {
                 what,
                 found,
                 expected,
+            });
+        }
+        if found.numerics != header.numerics {
+            let begin = |all: &str| all.chars().take(12).collect();
+            return Err(LedgerError::Numerics {
+                file: file.to_owned(),
+                found: begin(&found.numerics),
+                expected: begin(&header.numerics),
             });
         }
         records.good_bytes = head.len() as u64;
@@ -284,16 +337,12 @@ impl Records {
     }
 
     fn damaged(&self, found: &[u8], expected: &str) -> LedgerError {
-        let text = String::from_utf8_lossy(found);
-        LedgerError::Damaged {
-            file: self.file.clone(),
-            line: self.line,
-            found: format!(
-                "\"{}\"",
-                text.trim_end().chars().take(60).collect::<String>()
-            ),
-            expected: expected.to_owned(),
-        }
+        damaged(&self.file, self.line, found, expected)
+    }
+
+    /// Bytes up to the end of the last whole record.
+    pub(super) fn good_bytes(&self) -> u64 {
+        self.good_bytes
     }
 
     /// The next whole record; `None` at the end or where only a torn one is left.
@@ -325,6 +374,17 @@ impl Iterator for Records {
 
     fn next(&mut self) -> Option<Self::Item> {
         self.record().transpose()
+    }
+}
+
+fn damaged(file: &Path, line: u64, found: &[u8], expected: &str) -> LedgerError {
+    let text = String::from_utf8_lossy(found);
+    let begin: String = text.trim_end().chars().take(60).collect();
+    LedgerError::Damaged {
+        file: file.to_owned(),
+        line,
+        found: format!("\"{begin}\""),
+        expected: expected.to_owned(),
     }
 }
 
@@ -491,6 +551,14 @@ mod tests {
             let message = prepare(&file, &header).expect_err("other").to_string();
             assert!(message.contains(expected), "{message}");
         }
+        let mut elsewhere = header();
+        elsewhere.numerics = format!("0123456789abcdef{}", &elsewhere.numerics[16..]);
+        let message = prepare(&file, &elsewhere).expect_err("other").to_string();
+        let differ = "last digits come out otherwise";
+        assert!(
+            message.contains(differ) && message.contains("here 0123456789ab)"),
+            "{message}"
+        );
         assert_eq!(std::fs::read(&file).expect("bytes"), before);
     }
 }

@@ -13,7 +13,9 @@ use crate::adjust::{
 };
 use crate::calibrate::driver::{self, Model, Next, Pass, Schedule, Solved};
 use crate::calibrate::verdict::Doubted;
+use crate::math;
 use crate::observe::Mounting;
+use crate::watch::Unwatched;
 
 /// Gates of the first rounds, metres: the start knows neither heading nor pitch.
 const FIRST_GATES_M: [f64; 2] = [0.003, 0.001];
@@ -112,7 +114,7 @@ pub fn joint(
         config,
         blocks,
     };
-    let solved = driver::run(&mut path)?;
+    let solved = driver::run(&mut path, &Unwatched)?;
     path.outcome(solved)
 }
 
@@ -134,7 +136,8 @@ impl Path<'_> {
         let largest = sigmas
             .map(|p| p.lateral_sigma_m.max(p.vertical_sigma_m))
             .fold(0.0, f64::max);
-        let own = self.config.gate_sigma * largest.hypot(self.scene.campaign.stand.profile_sigma_m);
+        let own = self.config.gate_sigma
+            * math::hypot(largest, self.scene.campaign.stand.profile_sigma_m);
         FIRST_GATES_M.get(round).map_or(own, |first| first.max(own))
     }
 
