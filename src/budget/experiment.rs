@@ -220,6 +220,28 @@ impl<'a> Experiment<'a> {
         })
     }
 
+    /// The lines of a cell's ledger for some seeds, from the `first`-th of the cell (counted from 0), run one after another on the
+    /// current thread: a function of header and seeds and of nothing else, so that another process or machine may run them.
+    /// No further trial is begun once `stop` is set; `None` then.
+    #[must_use]
+    pub fn records(
+        &self,
+        cell: &Cell,
+        first: u64,
+        count: u64,
+        stop: &AtomicBool,
+    ) -> Option<Vec<u8>> {
+        let (tried, columns) = (self.tried_in(cell), Columns::of(self.tried));
+        let mut lines = vec![];
+        for seed in self.first_seed + first..self.first_seed + first + count {
+            if stop.load(SeqCst) {
+                return None;
+            }
+            lines.extend(columns.line(&tried.trial(seed, cell.role.acting())));
+        }
+        Some(lines)
+    }
+
     /// The trials of a cell, in the order of seeds, no more than wanted.
     ///
     /// # Errors

@@ -68,7 +68,7 @@ impl Columns {
     }
 
     /// A record with its line end.
-    pub(super) fn line(&self, trial: &Trial) -> Vec<u8> {
+    pub(in crate::budget) fn line(&self, trial: &Trial) -> Vec<u8> {
         let mut fields = vec![trial.seed.to_string()];
         for (path, outcome) in trial.paths.iter().enumerate() {
             match outcome {

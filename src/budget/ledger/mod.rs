@@ -92,7 +92,9 @@ impl Header {
             .map(|(name, (a, b))| (name, a, b))
     }
 
-    fn text(&self) -> String {
+    /// What stands in a ledger before its first record: the header's line and that of the columns' names.
+    #[must_use]
+    pub fn text(&self) -> String {
         let json = serde_json::to_string(self).unwrap_or_default();
         format!("{MARK}{json}\n{}\n", self.columns.text())
     }
