@@ -49,7 +49,7 @@ mod _core {
     #[pymodule_export]
     use super::plan::plan;
     #[pymodule_export]
-    use super::survey::{Survey, simulate};
+    use super::survey::{Survey, read_target, simulate};
     #[pymodule_export]
     use super::work::panic_for_tests;
     #[pymodule_export]

@@ -13,7 +13,7 @@ use boresight::observe::{
 };
 use boresight::procedures::pool::Scene;
 use boresight::procedures::pool::summary::residuals::sounding_point;
-use boresight::procedures::pool::survey::{Arrays, LoadedSurvey, load};
+use boresight::procedures::pool::survey::{Arrays, LoadedSurvey, load, parse_target};
 use boresight::procedures::{of_file, scenario, scenario_text};
 use boresight::{InputError, Loaded, Settings};
 use numpy::{PyArray1, PyArray2};
@@ -528,6 +528,17 @@ pub fn simulate(
         let counts = made.counts.iter().map(|c| (c.key.to_owned(), c.count));
         Ok((made.truth.to_string(), counts.collect()))
     })
+}
+
+/// The target file at a path, checked, as JSON.
+#[pyfunction]
+pub fn read_target(py: Python<'_>, path: PathBuf) -> PyResult<String> {
+    let read = || -> Result<String, Failure> {
+        let text = boresight::formats::error::read_text(&path).map_err(InputError::from)?;
+        let (model, _) = parse_target(&path, &text)?;
+        Ok(serde_json::to_string(&model)?)
+    };
+    read().map_err(|failure| failure.raise(py))
 }
 
 /// A scenario from its text, or from its file.
