@@ -2,6 +2,11 @@
 //!
 //! `cargo bench --bench read`. Items are rows; a million soundings a second on one core is the least that is wanted.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "no result of the program hangs on these"
+)]
+
 use std::io::Cursor;
 use std::path::Path;
 

@@ -6,6 +6,11 @@
 //! parameter: predicted and found standard deviation, the ratio of variances with its chi-square interval (5 % family-wise, after
 //! Sidak, over everything in this run), and predicted and found mean.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "no result of the program hangs on these"
+)]
+
 use boresight::observe::Mounting;
 use boresight::procedures::pool::budget::analytic::{PathBudget, analytic_with};
 use boresight::procedures::pool::config::Variant;

@@ -6,6 +6,11 @@
 //! FILE: little-endian doubles: nominal rotation (9, row-major), nominal lever arm (3), then per sounding `n(3) d p(3)
 //! R_b^t(9, row-major) u(3) sigma`: condition `n.(p + R_b^t (Exp(w) R0 u + l)) - d`, divided by sigma.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "no result of the program hangs on these"
+)]
+
 use std::time::Instant;
 
 use boresight::adjust::{

@@ -33,6 +33,7 @@ pub mod formats;
 pub mod geometry;
 pub mod georef;
 pub mod matching;
+pub mod math;
 pub mod observe;
 pub mod procedures;
 pub mod recorders;

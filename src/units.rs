@@ -2,6 +2,8 @@
 //!
 //! Inside the program every angle is in radians and every length in metres; degrees exist only in files and reports.
 
+use crate::math;
+
 /// Degrees to radians.
 #[must_use]
 pub fn radians(degrees: f64) -> f64 {
@@ -37,7 +39,7 @@ pub fn with_sigma(value: f64, sigma: f64) -> String {
     if !(sigma > 0.0 && sigma.is_finite()) {
         return format!("{value}");
     }
-    let decimals = (1.0 - sigma.log10().floor()).clamp(0.0, 12.0) as usize;
+    let decimals = (1.0 - math::log10(sigma).floor()).clamp(0.0, 12.0) as usize;
     format!("{value:.decimals$} ± {sigma:.decimals$}")
 }
 

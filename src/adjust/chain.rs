@@ -5,6 +5,7 @@
 //! started stationary (Gelb, *Applied Optimal Estimation*, 1974, sec. 2.2). The processes' residuals count as observations.
 
 use super::error::AdjustError;
+use crate::math;
 
 /// Number of visible quantities of an epoch: three of position, three of attitude, by convention of the caller.
 pub const VISIBLE: usize = 6;
@@ -81,7 +82,7 @@ impl ChainModel {
         match process.kind {
             ProcessKind::White => 0.0,
             ProcessKind::GaussMarkov { tau_s } => {
-                (-(self.times_s[epoch + 1] - self.times_s[epoch]) / tau_s).exp()
+                math::exp(-(self.times_s[epoch + 1] - self.times_s[epoch]) / tau_s)
             }
         }
     }
@@ -92,7 +93,7 @@ impl ChainModel {
             ProcessKind::White => process.sigma * process.sigma,
             ProcessKind::GaussMarkov { tau_s } => {
                 let dt = self.times_s[epoch + 1] - self.times_s[epoch];
-                -process.sigma * process.sigma * (-2.0 * dt / tau_s).exp_m1()
+                -process.sigma * process.sigma * math::exp_m1(-2.0 * dt / tau_s)
             }
         }
     }

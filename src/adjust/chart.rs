@@ -3,6 +3,7 @@
 //! Rotations are perturbed on the left, `R' = Exp(d) R` (Solà, Deray, Atchuthan, "A micro Lie theory", 2018, eq. 25-27); unit normals
 //! by a step in their tangent plane and renormalisation.
 
+use crate::math;
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Rotation3, UnitQuaternion, Vector2, Vector3};
 
 /// The space that a block of parameters lives in.
@@ -125,7 +126,7 @@ fn left_jacobian_inverse(phi: &Vector3<f64>) -> Matrix3<f64> {
     let second = if angle < 1e-4 {
         1.0 / 12.0 + angle * angle / 720.0
     } else {
-        1.0 / (angle * angle) - (1.0 + angle.cos()) / (2.0 * angle * angle.sin())
+        1.0 / (angle * angle) - (1.0 + math::cos(angle)) / (2.0 * angle * math::sin(angle))
     };
     let cross = phi.cross_matrix();
     Matrix3::identity() - cross * 0.5 + cross * cross * second

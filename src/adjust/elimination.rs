@@ -4,10 +4,9 @@
 //! `A = L L^T`, `U = L^-1 O`, `W = L^-1 B`; the next epoch loses `U^T U` and `U^T W`, the parameters lose `W^T W`
 //! (Triggs et al., "Bundle adjustment – a modern synthesis", 2000, sec. 6).
 
+use crate::math::dense::add_squares;
 use std::ops::Range;
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -225,11 +224,7 @@ impl<'a> Elimination<'a> {
 
     /// Adds `W^T W` of finished epochs to the loss.
     fn subtract(&mut self, epochs: Range<usize>) {
-        let (size, width, stride) = (self.factor.size, self.columns.len(), 4 * self.factor.quads);
-        let count = epochs.len() * size;
-        let rows = MatRef::from_column_major_slice(self.factor.rows(epochs), stride, count);
-        let border = rows.subrows(size, width);
-        let loss = MatMut::from_column_major_slice_mut(self.loss.as_mut_slice(), width, width);
-        matmul(loss, Accum::Add, border, border.transpose(), 1.0, Par::Seq);
+        let rows = self.factor.rows(epochs);
+        add_squares(&mut self.loss, rows, self.factor.quads, self.factor.size);
     }
 }

@@ -90,10 +90,10 @@ impl Factor {
         &mut self.rows[epoch * length..(epoch + 1) * length]
     }
 
-    /// Rows of some epochs as plain numbers; `quads * 4` to a row.
-    pub(super) fn rows(&self, epochs: std::ops::Range<usize>) -> &[f64] {
+    /// Rows of some epochs; `quads` vectors to a row.
+    pub(super) fn rows(&self, epochs: std::ops::Range<usize>) -> &[Quad] {
         let length = self.size * self.quads;
-        self.rows[epochs.start * length..epochs.end * length].as_flattened()
+        &self.rows[epochs.start * length..epochs.end * length]
     }
 
     /// `U` and `W` of one state of an epoch.

@@ -8,6 +8,7 @@ use super::kernel::Kernel;
 use super::parameters::{ParameterSet, Unit};
 use super::reliability::GroupQuality;
 use super::solve::Solution;
+use crate::math;
 use crate::stats::normal_means;
 
 /// A weighted sum of squares against what it should be.
@@ -75,7 +76,7 @@ impl FitTest {
     #[must_use]
     pub fn deviation(&self) -> f64 {
         let spread = self.sigma().powi(2) / 9.0;
-        (self.factor().max(0.0).cbrt() - (1.0 - spread)) / spread.sqrt()
+        (math::cbrt(self.factor().max(0.0)) - (1.0 - spread)) / spread.sqrt()
     }
 }
 

@@ -178,6 +178,7 @@ mod tests {
     use super::super::toys::{GLOBALS, Toy};
     use super::super::*;
     use super::*;
+    use crate::math;
     use nalgebra::Matrix4;
 
     fn tight() -> Options {
@@ -242,7 +243,7 @@ mod tests {
                     let correlation = match process.kind {
                         ProcessKind::White => f64::from(u8::from(k == l)),
                         ProcessKind::GaussMarkov { tau_s } => {
-                            (-(times[k] - times[l]).abs() / tau_s).exp()
+                            math::exp(-(times[k] - times[l]).abs() / tau_s)
                         }
                     };
                     let factor = variance * correlation;

@@ -3,6 +3,7 @@
 //! `rho(r)` replaces `r^2 / 2`; iteratively reweighted least squares uses `weight = rho'(r) / r` (Huber & Ronchetti, *Robust
 //! Statistics*, 2009, ch. 7; Zhang, "Parameter estimation techniques", 1997, table 1).
 
+use crate::math;
 use crate::stats::normal_means;
 
 /// What a standardised residual costs.
@@ -41,7 +42,7 @@ impl Kernel {
             Kernel::LeastSquares => 0.5 * r * r,
             Kernel::Huber { k } if r.abs() <= k => 0.5 * r * r,
             Kernel::Huber { k } => k * (r.abs() - 0.5 * k),
-            Kernel::Cauchy { k } => 0.5 * k * k * (r / k).powi(2).ln_1p(),
+            Kernel::Cauchy { k } => 0.5 * k * k * math::ln_1p((r / k).powi(2)),
             Kernel::Tukey { k } if r.abs() >= k => k * k / 6.0,
             Kernel::Tukey { k } => k * k / 6.0 * (1.0 - (1.0 - (r / k).powi(2)).powi(3)),
             Kernel::GemanMcClure { k } => 0.5 * r * r / (1.0 + (r / k).powi(2)),
@@ -155,7 +156,7 @@ mod tests {
             let (mut square, mut slope) = (0.0, 0.0);
             for i in 0..200_000 {
                 let r = -10.0 + 1e-4 * (f64::from(i) + 0.5);
-                let mass = (-0.5 * r * r).exp() / (2.0 * std::f64::consts::PI).sqrt() * 1e-4;
+                let mass = math::exp(-0.5 * r * r) / (2.0 * std::f64::consts::PI).sqrt() * 1e-4;
                 square += mass * kernel.influence(r).powi(2);
                 slope += mass * kernel.slope(r);
             }

@@ -47,6 +47,7 @@ fn efficiency(tally: &Tally, redundancy: f64) -> f64 {
 mod tests {
     use super::super::toys::{GLOBALS, Toy};
     use super::super::*;
+    use crate::math;
     use statrs::distribution::{ChiSquared, ContinuousCDF};
 
     /// Squared error in the metric of the reported covariance: chi-square with four degrees of freedom if that is true.
@@ -84,7 +85,7 @@ mod tests {
     fn polluted(seed: u64) -> Toy {
         let mut toy = Toy::new(seed, 40, 20);
         for (k, row) in toy.rows.iter_mut().enumerate().filter(|(k, _)| k % 10 == 3) {
-            row.observed += row.variance.sqrt() * 30.0 * (k as f64 * 1.7).sin();
+            row.observed += row.variance.sqrt() * 30.0 * math::sin(k as f64 * 1.7);
         }
         toy
     }

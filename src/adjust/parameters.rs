@@ -1,5 +1,6 @@
 //! Blocks of parameters, their priors, and the columns they occupy.
 
+use crate::math::dense::product;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::chart::Chart;
@@ -348,7 +349,7 @@ fn whitened(block: &Block, prior: &Prior, column: usize) -> Result<Vec<PriorRow>
     let n = block.chart.tangent_size();
     let root = block.root_information(prior)?;
     let jacobian = block.chart.difference_jacobian(&block.value, &prior.value);
-    let jacobian = &root * DMatrix::from_row_slice(n, n, &jacobian);
+    let jacobian = product(&root, &DMatrix::from_row_slice(n, n, &jacobian));
     let residual =
         root * DMatrix::from_vec(n, 1, block.chart.difference(&block.value, &prior.value));
     let row = |i| PriorRow {

@@ -3,8 +3,9 @@
 //! Baarda, *A testing procedure for use in geodetic networks*, 1968; Förstner, "Reliability analysis of parameter estimation in
 //! linear models", 1987.
 
+use crate::math;
+use crate::stats::{ChiSquare, normal};
 use nalgebra::DMatrix;
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::error::AdjustError;
 use super::fit_test::FitTest;
@@ -105,7 +106,7 @@ pub fn assess(
 ) -> Result<Quality, AdjustError> {
     let survey = survey(problem, solution, options.worst)?;
     let tests = problem.condition_count().max(1) as f64;
-    let one_of_family = -((-options.family_alpha).ln_1p() / tests).exp_m1();
+    let one_of_family = -math::exp_m1(math::ln_1p(-options.family_alpha) / tests);
     Ok(Quality {
         global: global_test(problem, solution, &survey.groups, options)?,
         single: condition_test(options.condition_alpha, options.power)?,
@@ -133,7 +134,7 @@ pub fn condition_test(alpha: f64, power: f64) -> Result<ConditionTest, AdjustErr
 
 fn normal_quantile(what: &'static str, probability: f64) -> Result<f64, AdjustError> {
     within(what, probability)?;
-    Ok(Normal::standard().inverse_cdf(probability))
+    Ok(normal::quantile(probability))
 }
 
 fn within(what: &'static str, found: f64) -> Result<(), AdjustError> {
@@ -186,12 +187,12 @@ fn global_test(
 
 /// Two-sided interval of `chi^2 / dof`.
 fn factor_interval(dof: f64, alpha: f64) -> (f64, f64) {
-    match ChiSquared::new(dof) {
-        Ok(chi) => (
-            chi.inverse_cdf(0.5 * alpha) / dof,
-            chi.inverse_cdf(1.0 - 0.5 * alpha) / dof,
+    match ChiSquare::new(dof) {
+        Some(chi) => (
+            chi.quantile(0.5 * alpha) / dof,
+            chi.quantile(1.0 - 0.5 * alpha) / dof,
         ),
-        Err(_) => (f64::NAN, f64::NAN),
+        None => (f64::NAN, f64::NAN),
     }
 }
 

@@ -3,6 +3,8 @@
 //! Columns are scaled to unit length and the system is rotated to its singular axes: `min |Sigma V^T y + c|^2`, `y = scale x`.
 //! Damped steps, covariance, rank and weak directions are then one-liners.
 
+use crate::math;
+use crate::math::dense::product;
 use nalgebra::{DMatrix, DVector};
 
 use super::error::AdjustError;
@@ -215,7 +217,7 @@ impl Spectrum {
         let half = DMatrix::from_fn(n, n, |j, i| {
             self.axes[(j, i)] / (self.singular[i].max(floor) * self.scale[j])
         });
-        &half * half.transpose()
+        product(&half, &half.transpose())
     }
 
     /// Axes that are undetermined, in scaled parameters.
@@ -283,7 +285,7 @@ fn sweep(a: &mut DMatrix<f64>, axes: &mut DMatrix<f64>) -> bool {
             }
             rotated = true;
             let zeta = (qq - pp) / (2.0 * pq);
-            let t = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
+            let t = zeta.signum() / (zeta.abs() + math::hypot(zeta, 1.0));
             rotate(a, p, q, t);
             rotate(axes, p, q, t);
         }
@@ -292,7 +294,7 @@ fn sweep(a: &mut DMatrix<f64>, axes: &mut DMatrix<f64>) -> bool {
 }
 
 fn rotate(m: &mut DMatrix<f64>, p: usize, q: usize, t: f64) {
-    let c = 1.0 / t.hypot(1.0);
+    let c = 1.0 / math::hypot(t, 1.0);
     for i in 0..m.nrows() {
         let (x, y) = (m[(i, p)], m[(i, q)]);
         m[(i, p)] = c * (x - t * y);

@@ -1,8 +1,9 @@
 //! A small linear problem over a chain, and the same problem with the states as ordinary parameters.
 
+use crate::math;
+use crate::stats::normal::draw;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
 
@@ -28,7 +29,7 @@ pub(super) struct Toy {
 }
 
 fn normal(random: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(random)
+    draw(random)
 }
 
 /// White and Gauss-Markov noise on all three positions, white noise on all attitudes.
@@ -51,7 +52,7 @@ impl Toy {
     pub(super) fn new(seed: u64, epochs: usize, per_interval: usize) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);
         let times = (0..epochs)
-            .map(|k| k as f64 * 0.5 + 0.1 * (k as f64).sin())
+            .map(|k| k as f64 * 0.5 + 0.1 * math::sin(k as f64))
             .collect();
         let model = ChainModel::new(times, processes()).unwrap();
         let visible = drawn_visible(&model, random);

@@ -1,12 +1,12 @@
 //! A procedure whose figures are known, for tests.
 
 use nalgebra::DMatrix;
-use rand_distr::{Distribution, Normal};
 
 use crate::adjust::Unit;
 use crate::calibrate::tried::{Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath};
 use crate::calibrate::vary::{Point, Setting, VaryError};
 use crate::results::SourceDescription;
+use crate::stats::normal;
 use crate::stats::stream;
 
 /// Two sources of `spread` and twice that on a first parameter, three times and 0 on a second; the joint path claims exactly that for
@@ -25,10 +25,9 @@ impl Default for Toy {
 impl Toy {
     fn error(&self, seed: u64, acting: Acting) -> Vec<f64> {
         let mut random = stream(seed, 7);
-        let normal = Normal::new(0.0, self.spread).expect("a deviation");
         let mut draw = |place| {
             let acts = acting == Acting::All || acting == Acting::Only(place);
-            normal.sample(&mut random) * f64::from(u8::from(acts))
+            self.spread * normal::draw(&mut random) * f64::from(u8::from(acts))
         };
         let (first, second) = (draw(0), draw(1));
         vec![first + 2.0 * second, 3.0 * first]

@@ -5,11 +5,12 @@
 //! earlier one is carried over by that turn.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
-use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::metric;
 use crate::geometry::rotation;
+use crate::math::dense::product;
 use crate::results::{Calibration, Change, MountingResult, ParameterChange, Solution};
+use crate::stats::normal;
 
 /// Version of [`Change`]'s layout.
 const SCHEMA: u32 = 1;
@@ -85,7 +86,11 @@ fn difference(pairs: &[(Sought<'_>, Sought<'_>)]) -> Option<(DVector<f64>, DMatr
             .copy_from(&turn);
     }
     let (earlier, later): (Vec<_>, Vec<_>) = pairs.iter().map(|(b, a)| (b, a)).unzip();
-    let mut sum = covariance(&later)? + &carried * covariance(&earlier)? * carried.transpose();
+    let mut sum = covariance(&later)?
+        + product(
+            &product(&carried, &covariance(&earlier)?),
+            &carried.transpose(),
+        );
     for (i, name) in (0..size).zip(NAMES.iter().cycle()) {
         let (before, after) = &pairs[i / 6];
         if before.place(name).is_none() || after.place(name).is_none() {
@@ -166,7 +171,7 @@ fn single(
         };
         let sigma = covariance[(i, i)].sqrt();
         let in_sigmas = d[i] / sigma;
-        let p_value = 2.0 * Normal::standard().sf(in_sigmas.abs());
+        let p_value = 2.0 * normal::above(in_sigmas.abs());
         ParameterChange {
             name: names[i].clone(),
             unit: unit.to_owned(),

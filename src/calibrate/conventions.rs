@@ -4,6 +4,7 @@
 //! clockwise. In forward-right-down axes the same three numbers are `Rz(heading) Ry(pitch) Rx(roll)`, which is why most tables below
 //! repeat them. Every entry names the public document that settles it; what none settles is left out and said to be.
 
+use crate::math;
 use crate::results::{Convention, ConventionField as Field, MountingAngles, MountingResult};
 
 /// The mounting in the senses of the five makers' programs; empty without a lever arm.
@@ -123,9 +124,8 @@ fn qps(m: MountingAngles, lever: [f64; 3]) -> Table {
 /// Kongsberg measures roll as the slope of the array's own y axis, `sin(slope) = sin(roll) cos(pitch)`, not as the turn about the pitched
 /// x axis.
 fn kongsberg(m: MountingAngles, lever: [f64; 3]) -> Table {
-    let slope = (m.roll.to_radians().sin() * m.pitch.to_radians().cos())
-        .asin()
-        .to_degrees();
+    let slope =
+        math::asin(math::sin(m.roll.to_radians()) * math::cos(m.pitch.to_radians())).to_degrees();
     let roll = if m.roll.abs() <= 90.0 {
         field("Roll", slope, "starboard lower")
     } else {
@@ -255,15 +255,15 @@ mod tests {
         let [roll, pitch, heading] = values(&table()[2].angles_deg).map(f64::to_radians);
         let (right, forward) = (ours().column(0).into_owned(), ours().column(1).into_owned());
         assert!(
-            (-right.z - roll.sin()).abs() < 1e-14,
+            (-right.z - math::sin(roll)).abs() < 1e-14,
             "starboard end lower is positive"
         );
         assert!(
-            (forward.z - pitch.sin()).abs() < 1e-14,
+            (forward.z - math::sin(pitch)).abs() < 1e-14,
             "forward end up is positive"
         );
         assert!(
-            (forward.x.atan2(forward.y) - heading).abs() < 1e-14,
+            (math::atan2(forward.x, forward.y) - heading).abs() < 1e-14,
             "clockwise from forward"
         );
     }

@@ -1,7 +1,7 @@
 //! A difference of two solutions in the metric of a covariance.
 
+use crate::stats::ChiSquare;
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// `d^T C^-1 d` over the parameters that were not held (variance above 0), their number, and the probability of a larger value.
 ///
@@ -16,7 +16,7 @@ pub fn chi_square(d: &DVector<f64>, covariance: &DMatrix<f64>) -> Option<(f64, u
     });
     let scaled = DVector::from_fn(n, |i, _| d[free[i]] / sigma(i));
     let chi_square = scaled.dot(&correlation.cholesky()?.solve(&scaled));
-    let p_value = ChiSquared::new(n as f64).ok()?.sf(chi_square);
+    let p_value = ChiSquare::new(n as f64)?.above(chi_square);
     Some((chi_square, n, p_value))
 }
 

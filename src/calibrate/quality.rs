@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::adjust::{self, ConditionTest, Direction, ParameterSet, Unit};
+use crate::math;
 use crate::results::{
     GlobalTest, GroupQuality, Observability, Prior, Quality, Reliability, SnoopingTest,
     WeakDirection, WorstObservation,
@@ -231,7 +232,7 @@ fn pair(p: &adjust::WeakPair, judged: &Judged<'_>) -> Option<WeakDirection> {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let help = (judged.advice)(&a, &b);
     Some(WeakDirection {
-        sigma: (1.0 - p.correlation.abs()).max(1e-12).powf(-0.5),
+        sigma: math::powf((1.0 - p.correlation.abs()).max(1e-12), -0.5),
         combination: BTreeMap::from([(a, half), (b, half * p.correlation.signum())]),
         text: format!("{}{help}", p.words),
     })
@@ -239,7 +240,7 @@ fn pair(p: &adjust::WeakPair, judged: &Judged<'_>) -> Option<WeakDirection> {
 
 /// A weak direction that concerns the parameters sought; `None` when it is strong or about others.
 fn direction(d: &Direction, judged: &Judged<'_>) -> Option<WeakDirection> {
-    let sigma = d.eigenvalue.max(1e-300).powf(-0.5);
+    let sigma = math::powf(d.eigenvalue.max(1e-300), -0.5);
     let norm = d.error.iter().map(|v| v * v).sum::<f64>().sqrt();
     let parts: BTreeMap<String, f64> = judged
         .parameters

@@ -12,6 +12,7 @@ use super::error::{FaultKind, FormatError, Place, open};
 use super::records::TrajectoryRecords;
 use super::week;
 use super::whole::write_whole;
+use crate::math;
 use crate::observe::GeodeticTrajectory;
 use crate::units::wrap_angle;
 
@@ -109,7 +110,7 @@ use raw::{RECORD_BYTES, Record};
 
 /// Velocity east, north, up of a record.
 fn east_north_up(record: &Record) -> [f64; 3] {
-    let (sin, cos) = record.wander_rad.sin_cos();
+    let (sin, cos) = math::sin_cos(record.wander_rad);
     let [x, y, up] = record.velocity_m_s;
     let (north, west) = (x * cos - y * sin, x * sin + y * cos);
     [-west, north, up]
@@ -117,7 +118,7 @@ fn east_north_up(record: &Record) -> [f64; 3] {
 
 /// The inverse of [`east_north_up`].
 fn wander_frame([east, north, up]: [f64; 3], wander_rad: f64) -> [f64; 3] {
-    let (sin, cos) = wander_rad.sin_cos();
+    let (sin, cos) = math::sin_cos(wander_rad);
     [north * cos - east * sin, -north * sin - east * cos, up]
 }
 

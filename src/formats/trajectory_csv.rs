@@ -7,6 +7,7 @@ use super::error::{FaultKind, FormatError, open};
 use super::records::TrajectoryRecords;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
+use crate::math;
 use crate::observe::GeodeticTrajectory;
 use crate::units::{degrees, radians};
 
@@ -146,8 +147,8 @@ fn check_heading_unit<R: Read>(
             continue;
         };
         moving += 1;
-        let as_degrees = (course_rad - records.heading_rad[k]).sin().abs();
-        let as_radians = (course_rad - heading).cos();
+        let as_degrees = math::sin(course_rad - records.heading_rad[k]).abs();
+        let as_radians = math::cos(course_rad - heading);
         follow += usize::from(as_degrees > 0.5 && as_radians > 0.9);
     }
     if moving < 10 || follow * 10 < moving * 9 {
@@ -172,8 +173,8 @@ fn course(records: &TrajectoryRecords, k: usize) -> Option<f64> {
     let north = radius_m * (records.latitude_rad[k] - records.latitude_rad[k - 1]);
     let east = radius_m
         * (records.longitude_rad[k] - records.longitude_rad[k - 1])
-        * records.latitude_rad[k].cos();
-    (north.hypot(east) > MOVING_M_S * step_s).then(|| east.atan2(north))
+        * math::cos(records.latitude_rad[k]);
+    (math::hypot(north, east) > MOVING_M_S * step_s).then(|| math::atan2(east, north))
 }
 
 // WRITE

@@ -4,6 +4,7 @@
 //! angles. Angles: `bearing_deg,depression_deg` (bearing clockwise from +y towards +x, depression below the x-y plane), or
 //! `x_angle_deg,y_angle_deg` (between the line of sight and the +x and +y baselines, 0 to 180; the beacon is below).
 
+use crate::math;
 use std::io::{Read, Write};
 use std::path::Path;
 
@@ -191,10 +192,13 @@ fn place<R: Read>(
     let angle = |column, limits| table.number(column, limits).map(f64::to_radians);
     if records.direction_kind == DirectionKind::BearingDepression {
         let (bearing, depression) = (angle(8, &BEARING)?, angle(9, &DEPRESSION)?);
-        let ((sb, cb), (sd, cd)) = (bearing.sin_cos(), depression.sin_cos());
+        let ((sb, cb), (sd, cd)) = (math::sin_cos(bearing), math::sin_cos(depression));
         return Ok((range, Vector3::new(cd * sb, cd * cb, -sd)));
     }
-    let (u, v) = (angle(10, &BASELINE)?.cos(), angle(11, &BASELINE)?.cos());
+    let (u, v) = (
+        math::cos(angle(10, &BASELINE)?),
+        math::cos(angle(11, &BASELINE)?),
+    );
     let rest = 1.0 - u * u - v * v;
     if rest < -1e-9 {
         let expected = "angles to two baselines at right angles: cos^2 x + cos^2 y at most 1";
@@ -243,12 +247,15 @@ pub fn write_to(out: &mut impl Write, records: &FixRecords) -> std::io::Result<(
                 writeln!(out, ",{:.6},{:.6},{:.6}", r * d.x, r * d.y, r * d.z)?;
             }
             DirectionKind::BearingDepression => {
-                let (bearing, depression) = (d.x.atan2(d.y), (-d.z).atan2(d.x.hypot(d.y)));
+                let (bearing, depression) = (
+                    math::atan2(d.x, d.y),
+                    math::atan2(-d.z, math::hypot(d.x, d.y)),
+                );
                 let (b, e) = (bearing.to_degrees(), depression.to_degrees());
                 writeln!(out, ",{r:.decimals$},{b:.8},{e:.8}")?;
             }
             DirectionKind::Baselines => {
-                let (a, b) = (d.x.acos().to_degrees(), d.y.acos().to_degrees());
+                let (a, b) = (math::acos(d.x).to_degrees(), math::acos(d.y).to_degrees());
                 writeln!(out, ",{r:.decimals$},{a:.8},{b:.8}")?;
             }
         }

@@ -2,6 +2,7 @@
 //!
 //! Coordinates are (x, z): x right, z up. A curve is travelled with its outside on the left, so a bulge turns right.
 
+use crate::math;
 use nalgebra::Vector2;
 
 /// One piece of a curve, metres.
@@ -100,7 +101,7 @@ impl Element {
             Self::Line { from, to } => (to - from).norm(),
             Self::Arc {
                 radius_m, from, to, ..
-            } => 2.0 * radius_m * ((to - from).norm() / (2.0 * radius_m)).min(1.0).asin(),
+            } => 2.0 * radius_m * math::asin(((to - from).norm() / (2.0 * radius_m)).min(1.0)),
         }
     }
 
@@ -177,7 +178,7 @@ impl Element {
             } => {
                 let sign = if *convex { -1.0 } else { 1.0 };
                 let angle = sign * part * self.length_m() / radius_m;
-                let (s, c) = angle.sin_cos();
+                let (s, c) = math::sin_cos(angle);
                 let arm = from - centre;
                 centre + Vector2::new(c * arm.x - s * arm.y, s * arm.x + c * arm.y)
             }

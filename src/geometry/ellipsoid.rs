@@ -1,5 +1,6 @@
 //! The reference ellipsoid: geodetic and geocentric coordinates, local level and target axes.
 
+use crate::math;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -52,8 +53,8 @@ impl Ellipsoid {
     /// Geodetic to geocentric.
     #[must_use]
     pub fn to_geocentric(self, g: &Geodetic) -> Point<Ecef> {
-        let (sin_lat, cos_lat) = g.latitude_rad.sin_cos();
-        let (sin_lon, cos_lon) = g.longitude_rad.sin_cos();
+        let (sin_lat, cos_lat) = math::sin_cos(g.latitude_rad);
+        let (sin_lon, cos_lon) = math::sin_cos(g.longitude_rad);
         let e2 = self.eccentricity_squared();
         let normal = self.semi_major_axis_m() / (1.0 - e2 * sin_lat * sin_lat).sqrt();
         let parallel = (normal + g.height_m) * cos_lat;
@@ -74,19 +75,22 @@ impl Ellipsoid {
             self.eccentricity_squared(),
         );
         let (b, second) = (a * (1.0 - f), e2 / (1.0 - e2));
-        let radius = p.x.hypot(p.y);
-        let mut beta = (p.z * a).atan2(radius * b);
+        let radius = math::hypot(p.x, p.y);
+        let mut beta = math::atan2(p.z * a, radius * b);
         let mut latitude_rad = 0.0;
         for _ in 0..3 {
-            let (sin, cos) = beta.sin_cos();
-            latitude_rad = (p.z + second * b * sin.powi(3)).atan2(radius - e2 * a * cos.powi(3));
-            beta = ((1.0 - f) * latitude_rad.sin()).atan2(latitude_rad.cos());
+            let (sin, cos) = math::sin_cos(beta);
+            latitude_rad = math::atan2(
+                p.z + second * b * sin.powi(3),
+                radius - e2 * a * cos.powi(3),
+            );
+            beta = math::atan2((1.0 - f) * math::sin(latitude_rad), math::cos(latitude_rad));
         }
-        let (sin, cos) = latitude_rad.sin_cos();
+        let (sin, cos) = math::sin_cos(latitude_rad);
         let height_m = radius * cos + p.z * sin - a * (1.0 - e2 * sin * sin).sqrt();
         Geodetic {
             latitude_rad,
-            longitude_rad: p.y.atan2(p.x),
+            longitude_rad: math::atan2(p.y, p.x),
             height_m,
         }
     }
@@ -95,8 +99,8 @@ impl Ellipsoid {
 /// `R_l^e`: local east-north-up at a geodetic position into ECEF.
 #[must_use]
 pub fn ecef_from_level(g: &Geodetic) -> Rotation<Ecef, Level> {
-    let (sin_lat, cos_lat) = g.latitude_rad.sin_cos();
-    let (sin_lon, cos_lon) = g.longitude_rad.sin_cos();
+    let (sin_lat, cos_lat) = math::sin_cos(g.latitude_rad);
+    let (sin_lon, cos_lon) = math::sin_cos(g.longitude_rad);
     Rotation::new(Matrix3::new(
         -sin_lon,
         -sin_lat * cos_lon,
@@ -125,7 +129,7 @@ impl TargetPose {
     /// The transform from the target frame into ECEF.
     #[must_use]
     pub fn ecef_from_target(&self) -> Pose<Ecef, Target> {
-        let (sin, cos) = self.azimuth_rad.sin_cos();
+        let (sin, cos) = math::sin_cos(self.azimuth_rad);
         let level_from_target = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
         Pose::new(
             ecef_from_level(&self.origin).matrix * level_from_target,

@@ -1,6 +1,7 @@
 //! Planes and their total-least-squares fit (patent \[0051\]-\[0088\]): the normal is the eigenvector of the smallest
 //! eigenvalue of the centred second-moment matrix, and that eigenvalue is the sum of squared distances (\[0087\]).
 
+use crate::math;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use thiserror::Error;
 
@@ -57,7 +58,7 @@ impl Plane {
     #[must_use]
     pub fn angle_to_rad(&self, other: &Self) -> f64 {
         let sine = self.normal.cross(&other.normal).norm();
-        sine.atan2(self.normal.dot(&other.normal))
+        math::atan2(sine, self.normal.dot(&other.normal))
     }
 }
 
@@ -301,8 +302,8 @@ pub fn fit(points_m: &[Vector3<f64>]) -> Result<PlaneFit, PlaneError> {
 mod tests {
     use super::*;
     use crate::stats;
+    use crate::stats::normal;
     use rand::RngExt;
-    use rand_distr::{Distribution, StandardNormal};
 
     /// Points and values from `tests/recipes/plane_fit.py` (numpy's singular value decomposition).
     const POINTS: [[f64; 3]; 12] = [
@@ -393,14 +394,7 @@ mod tests {
         for _ in 0..trials {
             let noisy: Vec<_> = base
                 .iter()
-                .map(|p| {
-                    p + Vector3::from_fn(|_, _| {
-                        sigma * {
-                            let e: f64 = StandardNormal.sample(&mut random);
-                            e
-                        }
-                    })
-                })
+                .map(|p| p + Vector3::from_fn(|_, _| sigma * normal::draw(&mut random)))
                 .collect();
             let fit = fit(&noisy).expect("plane").towards(&-Vector3::x());
             let tilt = |k: usize| fit.plane.normal.dot(&clean.along[k]);

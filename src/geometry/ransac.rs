@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use super::plane::{Plane, PlaneError, PlaneFit, PlaneMoments};
+use crate::math;
 use crate::stats;
 
 /// Fewest trials before the adaptive stop may act.
@@ -211,7 +212,7 @@ fn trials_needed(scored: &[Vector3<f64>], plane: &Plane, search: &PlaneSearch) -
         .filter(|p| plane.distance_m(p).abs() <= search.tolerance_m)
         .count();
     let share = within as f64 / scored.len() as f64;
-    let trials = (1.0 - search.confidence).ln() / (-share.powi(3)).ln_1p();
+    let trials = math::ln(1.0 - search.confidence) / math::ln_1p(-share.powi(3));
     (trials.ceil() as usize).clamp(LEAST_TRIALS.min(search.max_trials), search.max_trials)
 }
 
@@ -286,12 +287,10 @@ fn oriented(plane: Plane, like: &Plane, search: &PlaneSearch) -> Plane {
 
 fn admissible(plane: &Plane, search: &PlaneSearch) -> bool {
     let normal = search.normal.is_none_or(|n| {
-        plane
-            .normal
-            .cross(&n.normal)
-            .norm()
-            .atan2(plane.normal.dot(&n.normal))
-            <= n.within_rad
+        math::atan2(
+            plane.normal.cross(&n.normal).norm(),
+            plane.normal.dot(&n.normal),
+        ) <= n.within_rad
     });
     let offset = search
         .offset

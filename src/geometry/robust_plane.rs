@@ -133,8 +133,8 @@ fn reweighted(
 mod tests {
     use super::*;
     use crate::stats;
+    use crate::stats::normal;
     use rand::RngExt;
-    use rand_distr::{Distribution, StandardNormal};
 
     /// A patch of x = 2 with 1 cm noise, of whose points every fourth stands 0.1 to 0.6 m in front.
     fn spoiled() -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
@@ -142,7 +142,7 @@ mod tests {
         let mut clean = vec![];
         let mut all = vec![];
         for k in 0..800 {
-            let e: f64 = StandardNormal.sample(&mut random);
+            let e = normal::draw(&mut random);
             let (y, z) = (
                 random.random_range(-2.0..2.0),
                 random.random_range(-1.0..1.0),

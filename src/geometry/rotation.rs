@@ -3,6 +3,7 @@
 //! Attitude and every mounting angle: `R = Rz(-heading) Rx(pitch) Ry(roll)` between axes x right, y forward, z up
 //! and east, north, up. Roll is positive starboard down, pitch positive bow up, heading clockwise from north.
 
+use crate::math;
 use nalgebra::{Matrix3, Vector3};
 
 /// The cross-product matrix: `skew(a) b = a x b`.
@@ -21,7 +22,7 @@ pub fn exp(v: &Vector3<f64>) -> Matrix3<f64> {
         (series(squared, &SINE), series(squared, &COSINE))
     } else {
         let angle = squared.sqrt();
-        (angle.sin() / angle, (1.0 - angle.cos()) / squared)
+        (math::sin(angle) / angle, (1.0 - math::cos(angle)) / squared)
     };
     let (x, y, z) = (v.x, v.y, v.z);
     let (ax, ay, az) = (a * x, a * y, a * z);
@@ -74,7 +75,7 @@ pub fn log(r: &Matrix3<f64>) -> Vector3<f64> {
         r[(1, 0)] - r[(0, 1)],
     ) * 0.5;
     let sine = axis.norm();
-    let angle = sine.atan2(0.5 * (r.trace() - 1.0));
+    let angle = math::atan2(sine, 0.5 * (r.trace() - 1.0));
     if sine > 1e-7 {
         return axis * (angle / sine);
     }
@@ -100,9 +101,9 @@ pub fn orthonormalised(m: &Matrix3<f64>) -> Matrix3<f64> {
 /// `Rz(-heading) Rx(pitch) Ry(roll)`, angles in radians (mathematics section 1).
 #[must_use]
 pub fn from_attitude(roll_rad: f64, pitch_rad: f64, heading_rad: f64) -> Matrix3<f64> {
-    let (sr, cr) = roll_rad.sin_cos();
-    let (sp, cp) = pitch_rad.sin_cos();
-    let (sh, ch) = heading_rad.sin_cos();
+    let (sr, cr) = math::sin_cos(roll_rad);
+    let (sp, cp) = math::sin_cos(pitch_rad);
+    let (sh, ch) = math::sin_cos(heading_rad);
     Matrix3::new(
         ch * cr + sh * sp * sr,
         sh * cp,
@@ -119,9 +120,9 @@ pub fn from_attitude(roll_rad: f64, pitch_rad: f64, heading_rad: f64) -> Matrix3
 /// Roll, pitch, heading (radians) of a matrix made by [`from_attitude`]; pitch within +-pi/2, heading in (-pi, pi].
 #[must_use]
 pub fn to_attitude(r: &Matrix3<f64>) -> (f64, f64, f64) {
-    let roll = (-r[(2, 0)]).atan2(r[(2, 2)]);
-    let pitch = r[(2, 1)].atan2(r[(2, 0)].hypot(r[(2, 2)]));
-    let heading = r[(0, 1)].atan2(r[(1, 1)]);
+    let roll = math::atan2(-r[(2, 0)], r[(2, 2)]);
+    let pitch = math::atan2(r[(2, 1)], math::hypot(r[(2, 0)], r[(2, 2)]));
+    let heading = math::atan2(r[(0, 1)], r[(1, 1)]);
     (roll, pitch, heading)
 }
 

@@ -1,5 +1,6 @@
 //! From range and beam angles to the sounding's vector in the sonar frame, with its derivatives (mathematics section 2).
 
+use crate::math;
 use nalgebra::{Matrix3, Vector3};
 
 /// One sounding's polar observation after refraction.
@@ -26,19 +27,19 @@ impl Beam {
     /// The beam whose vector is `u_m` (metres, sensor frame): the inverse of [`Self::vector_m`].
     #[must_use]
     pub fn from_vector(u_m: &Vector3<f64>) -> Self {
-        let flat = u_m.x.hypot(u_m.z);
+        let flat = math::hypot(u_m.x, u_m.z);
         Self {
-            range_m: flat.hypot(u_m.y),
-            across_rad: u_m.x.atan2(-u_m.z),
-            along_rad: u_m.y.atan2(flat),
+            range_m: math::hypot(flat, u_m.y),
+            across_rad: math::atan2(u_m.x, -u_m.z),
+            along_rad: math::atan2(u_m.y, flat),
         }
     }
 
     /// `u = r (sin a cos c, sin c, -cos a cos c)`.
     #[must_use]
     pub fn vector_m(&self) -> Vector3<f64> {
-        let (sa, ca) = self.across_rad.sin_cos();
-        let (sc, cc) = self.along_rad.sin_cos();
+        let (sa, ca) = math::sin_cos(self.across_rad);
+        let (sc, cc) = math::sin_cos(self.along_rad);
         Vector3::new(sa * cc, sc, -ca * cc) * self.range_m
     }
 
@@ -53,8 +54,8 @@ impl Beam {
     pub fn resolved(&self) -> ResolvedBeam {
         ResolvedBeam {
             range_m: self.range_m,
-            across: self.across_rad.sin_cos(),
-            along: self.along_rad.sin_cos(),
+            across: math::sin_cos(self.across_rad),
+            along: math::sin_cos(self.along_rad),
         }
     }
 }
@@ -101,7 +102,7 @@ fn turned((sine, cosine): (f64, f64), by: f64) -> (f64, f64) {
             1.0 - 0.5 * q * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0))),
         )
     } else {
-        by.sin_cos()
+        math::sin_cos(by)
     };
     (sine * c + cosine * s, cosine * c - sine * s)
 }

@@ -6,6 +6,7 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::rays::{Layers, RayError};
+use crate::math;
 use crate::observe::SoundSpeed;
 
 /// Shots at the most; five are usual.
@@ -80,7 +81,7 @@ impl Medium {
             Self::Straight(c) => return Ok(direction * (c * time_s)),
             Self::Layers(layers) => layers,
         };
-        let sine = direction.x.hypot(direction.y);
+        let sine = math::hypot(direction.x, direction.y);
         let end = layers.trace(depth_m, (sine, -direction.z), time_s)?;
         let stretch = if sine > 0.0 {
             end.horizontal_m / sine
@@ -129,7 +130,7 @@ fn shot(
     depth_m: f64,
     (angle_rad, time_s): (f64, f64),
 ) -> Result<Vector2<f64>, RayError> {
-    let (sine, cosine) = angle_rad.sin_cos();
+    let (sine, cosine) = math::sin_cos(angle_rad);
     let end = layers.trace(depth_m, (sine.abs(), cosine), time_s)?;
     Ok(Vector2::new(
         end.horizontal_m * sine.signum(),
@@ -141,7 +142,7 @@ fn shot(
 fn aim(layers: &Layers, depth_m: f64, goal: &Vector2<f64>) -> Result<(f64, f64), RayError> {
     let range_m = goal.norm();
     let middle_m_s = 0.5 * (layers.speed_m_s(depth_m) + layers.speed_m_s(depth_m + goal.y));
-    let mut aimed = (goal.x.atan2(goal.y), range_m / middle_m_s);
+    let mut aimed = (math::atan2(goal.x, goal.y), range_m / middle_m_s);
     let mut before_m = f64::INFINITY;
     for _ in 0..MOST_SHOTS {
         let miss = goal - shot(layers, depth_m, aimed)?;
@@ -159,7 +160,7 @@ fn aim(layers: &Layers, depth_m: f64, goal: &Vector2<f64>) -> Result<(f64, f64),
 }
 
 fn bent(layers: &Layers, depth_m: f64, offset_m: &Vector3<f64>) -> Result<Eigenray, RayError> {
-    let horizontal_m = offset_m.x.hypot(offset_m.y);
+    let horizontal_m = math::hypot(offset_m.x, offset_m.y);
     let goal = Vector2::new(horizontal_m, -offset_m.z);
     let (angle, time_s) = aim(layers, depth_m, &goal)?;
     let difference =
@@ -203,14 +204,14 @@ fn in_space(
     inverse: &Matrix2<f64>,
     by_depth: &Vector2<f64>,
 ) -> Eigenray {
-    let horizontal_m = offset_m.x.hypot(offset_m.y);
+    let horizontal_m = math::hypot(offset_m.x, offset_m.y);
     let (outward, sideways) = if horizontal_m > 0.0 {
         let outward = Vector3::new(offset_m.x, offset_m.y, 0.0) / horizontal_m;
         (outward, Vector3::new(-outward.y, outward.x, 0.0))
     } else {
         (Vector3::x(), Vector3::y())
     };
-    let (sine, cosine) = angle.sin_cos();
+    let (sine, cosine) = math::sin_cos(angle);
     let direction = outward * sine - Vector3::z() * cosine;
     let by_angle = outward * cosine + Vector3::z() * sine;
     // straight above the point the quotient is the derivative
@@ -258,15 +259,15 @@ mod tests {
             let ray = medium.eigenray(2.0, &offset).expect("a ray");
             let (c1, c2) = (1480.0 + gradient * 2.0, 1480.0 + gradient * 9.0);
             let squared = gradient * gradient * offset.norm_squared() / (2.0 * c1 * c2);
-            let time = (squared + (squared * (squared + 2.0)).sqrt()).ln_1p() / gradient.abs();
+            let time = math::ln_1p(squared + (squared * (squared + 2.0)).sqrt()) / gradient.abs();
             assert!((ray.time_s / time - 1.0).abs() < 1e-12, "{gradient}");
             // centre of the circle at depth -1480/g, horizontally at x0
             let (z1, z2, h) = (2.0 + 1480.0 / gradient, 9.0 + 1480.0 / gradient, 10.0);
             let x0 = (h * h + (z2 - z1) * (z2 + z1)) / (2.0 * h);
             let tangent = (z1, x0); // at right angles to the radius (-x0, z1)
             let sign = if tangent.0 > 0.0 { 1.0 } else { -1.0 };
-            let norm = sign * tangent.0.hypot(tangent.1);
-            let level = ray.direction.x.hypot(ray.direction.y);
+            let norm = sign * math::hypot(tangent.0, tangent.1);
+            let level = math::hypot(ray.direction.x, ray.direction.y);
             assert!(
                 (level - tangent.0 / norm).abs() < 1e-10,
                 "{gradient}: {level}"

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
 use crate::geometry::{Geodetic, rotation};
+use crate::math;
 use crate::observe::{GeodeticTrajectory, Trajectory};
 
 /// Position, attitude and velocity of one record in the target frame.
@@ -83,9 +84,9 @@ fn usable_velocity(
     let mut misfit_m = velocity_misfits_m(source, position, &velocity);
     let typical_m = crate::stats::median(&mut misfit_m).unwrap_or(0.0);
     let noise = &source.noise;
-    let drift = 1.0 - (-WINDOW_S / noise.drift_correlation_time_s.max(WINDOW_S)).exp();
+    let drift = 1.0 - math::exp(-WINDOW_S / noise.drift_correlation_time_s.max(WINDOW_S));
     let drift_m = noise.position_drift_m * drift.sqrt();
-    let limit_m = 3.0 * noise.position_m.max(1e-4).hypot(drift_m);
+    let limit_m = 3.0 * math::hypot(noise.position_m.max(1e-4), drift_m);
     if typical_m <= limit_m {
         return (Some(velocity), None);
     }
@@ -176,7 +177,7 @@ mod tests {
     #[test]
     fn velocities_count_only_in_their_true_frame() {
         let (north, west, wander) = (-102.624, -40.676, 1.02f64.to_radians());
-        let (sine, cosine) = wander.sin_cos();
+        let (sine, cosine) = math::sin_cos(wander);
         let (x, y) = (north * cosine + west * sine, west * cosine - north * sine);
         let moved = Vector3::new(-west, north, 0.0);
         let resolved = [-(x * sine + y * cosine), x * cosine - y * sine, 0.0];

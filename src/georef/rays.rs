@@ -8,6 +8,7 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use crate::math;
 use crate::observe::SoundSpeedProfile;
 
 /// More arcs than any sounding has; a ray that needs them is caught in a channel without moving on.
@@ -226,7 +227,7 @@ impl Layers {
         (direction, head_speed_m_s): (Vector3<f64>, f64),
         one_way_s: f64,
     ) -> Result<Vector3<f64>, RayError> {
-        let flat = direction.x.hypot(direction.y);
+        let flat = math::hypot(direction.x, direction.y);
         let sine = flat * self.speed_m_s(depth_m.max(0.0)) / head_speed_m_s;
         if !(sine < 1.0) {
             return Err(RayError::Direction);
@@ -365,7 +366,7 @@ impl Ray {
     fn turned(&self, gradient_per_s: f64) -> Arc {
         let steep = self.cosine.abs() / gradient_per_s.abs();
         Arc {
-            time_s: 2.0 * self.cosine.abs().atanh() / gradient_per_s.abs(),
+            time_s: 2.0 * math::atanh(self.cosine.abs()) / gradient_per_s.abs(),
             end: Self {
                 horizontal_m: self.horizontal_m + 2.0 * self.speed_m_s * steep / self.sine(),
                 cosine: -self.cosine,
@@ -378,7 +379,7 @@ impl Ray {
     /// Where the ray is after `time_s` within a layer: with `u = tan(theta / 2)`, `u(t) = u exp(g t)`, on the chord at the mean angle.
     /// `(1 + u^2)` is multiplied through, so that an upward ray has no pole.
     fn advanced(&self, time_s: f64, gradient_per_s: f64) -> Self {
-        let growth = (gradient_per_s * time_s).exp_m1();
+        let growth = math::exp_m1(gradient_per_s * time_s);
         let reach_m = if gradient_per_s == 0.0 {
             self.speed_m_s * time_s
         } else {
@@ -386,7 +387,7 @@ impl Ray {
         };
         let spread = 1.0 + 0.5 * growth * (1.0 - self.cosine);
         let half_turn = 0.5 * self.sine() * growth / spread;
-        let cosine = 1.0 / half_turn.hypot(1.0);
+        let cosine = 1.0 / math::hypot(half_turn, 1.0);
         let sine = half_turn * cosine;
         let chord = reach_m / spread * cosine;
         Self {
@@ -414,5 +415,5 @@ fn half_plane_time(squared_s: f64, gradient_per_s: f64) -> f64 {
         return s * (1.0 - squared * (1.0 / 6.0 - squared * tail));
     }
     let half = squared.sqrt();
-    half.asinh() / half * s
+    math::asinh(half) / half * s
 }

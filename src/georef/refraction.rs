@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::beam::Beam;
 use super::equation::georeference;
 use super::rays::{Layers, RayError};
+use crate::math;
 use crate::observe::{Mounting, PoseSample, SoundSpeed};
 
 /// The water: its level and its sound speed, checked and ready for many rays.
@@ -83,7 +84,7 @@ impl Water {
         let target_from_sensor = pose.rotation * mounting.rotation;
         let direction = target_from_sensor * straight_direction(launch);
         let depth_m = self.level_m - georeference(pose, mounting, &Vector3::zeros()).z;
-        let sine = direction.x.hypot(direction.y);
+        let sine = math::hypot(direction.x, direction.y);
         let end = layers.trace(depth_m, (sine, -direction.z), 0.5 * launch.two_way_s)?;
         let stretch = if sine > 0.0 {
             end.horizontal_m / sine

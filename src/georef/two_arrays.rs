@@ -16,6 +16,7 @@
 //! arrays two are never determined. One correction common to both arrays takes roll from the receive array, pitch from the transmit
 //! array and heading from the transmit array.
 
+use crate::math;
 use nalgebra::{Matrix3, Vector3};
 
 /// How the two arrays stand at a beam's two moments: the attitudes and each array's rotation.
@@ -63,7 +64,7 @@ impl ArrayPair {
     /// `None` when no direction below the arrays has these two angles, or the axes are parallel.
     #[must_use]
     pub fn direction(&self, tilt_rad: f64, angle_rad: f64) -> Option<Vector3<f64>> {
-        self.of_sines(tilt_rad.sin(), angle_rad.sin())
+        self.of_sines(math::sin(tilt_rad), math::sin(angle_rad))
     }
 
     /// The same where the two arrays stand apart: the direction seen from half way between them to the point that both see.
@@ -86,8 +87,8 @@ impl ArrayPair {
             let seen = |from_m: &Vector3<f64>, sine: f64, axis: &Vector3<f64>| {
                 ((ray_m - from_m).norm() * sine + from_m.dot(axis)) / range_m
             };
-            let tilt = seen(&sender_m, tilt_rad.sin(), &f);
-            let angle = seen(&listener_m, angle_rad.sin(), &s);
+            let tilt = seen(&sender_m, math::sin(tilt_rad), &f);
+            let angle = seen(&listener_m, math::sin(angle_rad), &s);
             u = self.of_sines(tilt, angle)?;
         }
         Some(u)
@@ -138,7 +139,7 @@ impl ArrayPair {
         let reception = by_s * s.cross(&u).transpose() * -1.0;
         Some(ConePartials {
             direction: u,
-            angles: [by_f * tilt_rad.cos(), by_s * angle_rad.cos()],
+            angles: [by_f * math::cos(tilt_rad), by_s * math::cos(angle_rad)],
             correction: transmission * self.attitude_at_transmission
                 + reception * self.attitude_at_reception,
             attitude_at_transmission: transmission,
@@ -173,8 +174,8 @@ mod tests {
         for (tilt, angle) in [(0.0, 0.0), (0.1, -1.1), (-0.3, 0.9)] {
             let u = pair.direction(tilt, angle).expect("a beam");
             assert!((u.norm() - 1.0).abs() < 1e-14);
-            assert!((u.dot(&f) - tilt.sin()).abs() < 1e-14);
-            assert!((u.dot(&s) - angle.sin()).abs() < 1e-14);
+            assert!((u.dot(&f) - math::sin(tilt)).abs() < 1e-14);
+            assert!((u.dot(&s) - math::sin(angle)).abs() < 1e-14);
             assert!(u.z < 0.0);
         }
     }
@@ -193,7 +194,7 @@ mod tests {
         let u = mounting.tr_mul(&attitude.tr_mul(&pair.direction(tilt, angle).expect("a beam")));
         let beam = Beam::from_vector(&u);
         assert!((beam.along_rad - tilt).abs() < 1e-14);
-        assert!((u.x - angle.sin()).abs() < 1e-14);
+        assert!((u.x - math::sin(angle)).abs() < 1e-14);
     }
 
     /// A point, its angles from two places apart and the way of the sound: the direction from half way between leads back to it.
@@ -204,8 +205,8 @@ mod tests {
         let point = Vector3::new(6.0, -1.0, -9.0);
         let apart = Vector3::new(0.3, -0.5, 0.1);
         let (to_sender, to_listener) = (point + apart * 0.5, point - apart * 0.5);
-        let tilt = (to_sender.dot(&f) / to_sender.norm()).asin();
-        let angle = (to_listener.dot(&s) / to_listener.norm()).asin();
+        let tilt = math::asin(to_sender.dot(&f) / to_sender.norm());
+        let angle = math::asin(to_listener.dot(&s) / to_listener.norm());
         let range = 0.5 * (to_sender.norm() + to_listener.norm());
         let u = pair
             .from_between((tilt, angle), &apart, range)

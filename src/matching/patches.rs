@@ -3,6 +3,7 @@
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::Vector3;
 
+use crate::math;
 use crate::target::{Outline, Role, Target};
 
 /// Spacing of the samples in the k-d tree, metres.
@@ -224,7 +225,7 @@ impl Patches {
                 continue;
             }
             let outside_m = (-patch.outline.inside_within_m(point, nearest_m)).max(0.0);
-            let away_m = signed_m.hypot(outside_m);
+            let away_m = math::hypot(signed_m, outside_m);
             if away_m <= reach_m && best.is_none_or(|b| away_m < b.away_m) {
                 best = Some(Attraction {
                     face: patch.face as u16,

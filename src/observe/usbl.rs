@@ -3,6 +3,7 @@
 //! Frames: the *level* frame is east, north, up at the surveyed transducer; the transducer's own frame u is x right, y forward,
 //! z up; the attitude sensor's body b likewise.
 
+use crate::math;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -67,7 +68,7 @@ impl FixNoise {
     /// Standard deviation of a range, metres.
     #[must_use]
     pub fn range_at(&self, range_m: f64) -> f64 {
-        self.range_m.hypot(self.range_relative * range_m)
+        math::hypot(self.range_m, self.range_relative * range_m)
     }
 
     /// The two vectors in the transducer frame along which the direction was measured: a component of the unit direction along

@@ -12,6 +12,7 @@ use crate::formats::recorder::{
 };
 use crate::georef::rays::Layers;
 use crate::georef::two_arrays::ArrayPair;
+use crate::math;
 use crate::observe::{Mounting, SoundSpeedProfile, Trajectory};
 use crate::units::wrap_angle;
 
@@ -143,7 +144,8 @@ impl Way {
         own.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
         let first = own.first().copied().copied().unwrap_or_default();
         let place = |p: &&Position| {
-            let east = wrap_angle(p.longitude_rad - first.longitude_rad) * first.latitude_rad.cos();
+            let east =
+                wrap_angle(p.longitude_rad - first.longitude_rad) * math::cos(first.latitude_rad);
             Vector3::new(east, p.latitude_rad - first.latitude_rad, 0.0) * EARTH_M
         };
         Self {
@@ -280,6 +282,6 @@ impl Scene<'_> {
 
 /// East, north, up into right, forward, up of a heading.
 fn turned(heading_rad: f64) -> Matrix3<f64> {
-    let (sin, cos) = heading_rad.sin_cos();
+    let (sin, cos) = math::sin_cos(heading_rad);
     Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
 }

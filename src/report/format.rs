@@ -1,5 +1,6 @@
 //! Numbers and names as readers expect them.
 
+use crate::math;
 use crate::results::Status;
 
 /// Two significant digits.
@@ -16,7 +17,7 @@ fn significant(value: f64, digits: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return "0".to_owned();
     }
-    let decimals = (digits - 1.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    let decimals = (digits - 1.0 - math::log10(value.abs()).floor()).clamp(0.0, 9.0) as usize;
     format!("{value:.decimals$}")
 }
 

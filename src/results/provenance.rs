@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::adjust::fingerprint;
+
 /// Everything that is needed to get the same bytes again. Holds no time, duration, machine name or thread count.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
@@ -15,13 +17,17 @@ pub struct Provenance {
     pub configuration: serde_json::Value,
 }
 
-/// Name and version of the program.
+/// Name and version of the program, and the arithmetic that it found.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Software {
     /// `boresight`.
     pub name: String,
     /// Semantic version.
     pub version: String,
+    /// SHA-256 of a thousand function values and a small adjustment ([`fingerprint`]): where it is the same, so are the last digits.
+    /// Empty in a result of a version that did not state it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub numerics: String,
 }
 
 impl Software {
@@ -31,6 +37,7 @@ impl Software {
         Self {
             name: env!("CARGO_PKG_NAME").into(),
             version: env!("CARGO_PKG_VERSION").into(),
+            numerics: fingerprint().into(),
         }
     }
 }

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::motion::BodyPose;
 use super::scene::{Ray, Scene, Surface};
+use crate::math;
 use crate::observe::Mounting;
 
 /// Evenly spaced rays.
@@ -73,7 +74,7 @@ impl Fan {
     pub fn new(first_rad: f64, last_rad: f64, count: u32) -> Self {
         let step_rad = (last_rad - first_rad) / f64::from(count.max(2) - 1);
         let direction = |k: u32| {
-            let (sin, cos) = (first_rad + step_rad * f64::from(k)).sin_cos();
+            let (sin, cos) = math::sin_cos(first_rad + step_rad * f64::from(k));
             Vector3::new(cos, 0.0, sin)
         };
         Self {
@@ -155,13 +156,13 @@ impl Fan {
         height_m: f64,
     ) -> Option<(usize, usize)> {
         let middle = self.angle_rad(0) + 0.5 * self.step_rad * (self.len() - 1) as f64;
-        let (sin, cos) = middle.sin_cos();
+        let (sin, cos) = math::sin_cos(middle);
         let sensor: Vec<Vector3<f64>> = corners
             .map(|c| pose.rotation.tr_mul(&(c - pose.origin_m)))
             .collect();
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         near_plane(&sensor, ball.margin_m, |p| {
-            let angle = (cos * p.z - sin * p.x).atan2(cos * p.x + sin * p.z);
+            let angle = math::atan2(cos * p.z - sin * p.x, cos * p.x + sin * p.z);
             low = low.min(angle);
             high = high.max(angle);
         });
@@ -172,7 +173,7 @@ impl Fan {
         if nearest <= 2.0 * ball.margin_m || high - low > std::f64::consts::PI {
             return Some((0, self.len() - 1));
         }
-        let widen = (ball.margin_m / nearest).asin() + 1e-9;
+        let widen = math::asin(ball.margin_m / nearest) + 1e-9;
         self.rays_between(middle + low - widen, middle + high + widen)
     }
 

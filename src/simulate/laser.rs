@@ -8,6 +8,7 @@ use super::scene::{Hit, Scene, Surface};
 use super::sources::Source;
 use super::spoil::{Spoiler, Taken};
 use super::switches::Draws;
+use crate::math;
 use crate::observe::{LaserCoordinates, LaserNoise, LaserScan, NO_FACE};
 
 /// Rows of the spoiling streams that belong to the scanner begin here; the multibeam's are below.
@@ -133,7 +134,7 @@ impl<'a> Scanner<'a> {
         if range_m > lidar.max_range_m {
             return;
         }
-        let (sin, cos) = (self.fan.angle_rad(shot) + angle_noise).sin_cos();
+        let (sin, cos) = math::sin_cos(self.fan.angle_rad(shot) + angle_noise);
         let range_m = range_m + range_noise;
         self.struck.push(if own { surface.face() } else { NO_FACE });
         self.out.time_s.push(time_s);

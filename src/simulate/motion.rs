@@ -1,5 +1,6 @@
 //! Where the boat truly is: a straight course with waves about it, a smooth function of time.
 
+use crate::math;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -91,12 +92,13 @@ impl Sines {
     }
 
     fn at(&self, time_s: f64) -> f64 {
-        let sum = |x: f64, s: &Sine| x + s.amplitude * (s.rate * time_s + s.phase).sin();
+        let sum = |x: f64, s: &Sine| x + s.amplitude * math::sin(s.rate * time_s + s.phase);
         self.sines.iter().fold(self.mean, sum)
     }
 
     fn rate_at(&self, time_s: f64) -> f64 {
-        let sum = |x: f64, s: &Sine| x + s.amplitude * s.rate * (s.rate * time_s + s.phase).cos();
+        let sum =
+            |x: f64, s: &Sine| x + s.amplitude * s.rate * math::cos(s.rate * time_s + s.phase);
         self.sines.iter().fold(0.0, sum)
     }
 
@@ -208,11 +210,11 @@ fn legs(passes: &[Pass], start_s: f64) -> Vec<Leg> {
 /// then about z by minus heading (written out here so that the simulator does not share the estimator's rotations).
 #[must_use]
 pub(super) fn attitude(roll_rad: f64, pitch_rad: f64, heading_rad: f64) -> Matrix3<f64> {
-    let (s, c) = roll_rad.sin_cos();
+    let (s, c) = math::sin_cos(roll_rad);
     let about_y = Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c);
-    let (s, c) = pitch_rad.sin_cos();
+    let (s, c) = math::sin_cos(pitch_rad);
     let about_x = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
-    let (s, c) = heading_rad.sin_cos();
+    let (s, c) = math::sin_cos(heading_rad);
     let about_minus_z = Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
     about_minus_z * (about_x * about_y)
 }

@@ -1,5 +1,6 @@
 //! The error sources of a simulated survey, each with its own random stream and its own switch.
 
+use crate::math;
 use serde::{Deserialize, Serialize};
 
 use super::switches::{Draws, Factors, Sourced};
@@ -121,7 +122,7 @@ impl GaussMarkov {
         let value = match self.state {
             None => fresh,
             Some((before_s, value)) => {
-                let keep = (-(time_s - before_s) / self.correlation_time_s).exp();
+                let keep = math::exp(-(time_s - before_s) / self.correlation_time_s);
                 value * keep + fresh * (1.0 - keep * keep).sqrt()
             }
         };

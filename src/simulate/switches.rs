@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use rand::distr::{Distribution, StandardUniform};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use serde::{Deserialize, Serialize};
 
-use crate::stats::stream;
+use crate::stats::{normal, stream};
 
 /// The error sources of one simulator.
 pub trait Sourced: Copy + Ord + 'static {
@@ -95,8 +95,7 @@ impl Draws {
 
     /// A normal error with this standard deviation, scaled by the source's factor.
     pub(crate) fn normal(&mut self, sigma: f64) -> f64 {
-        let unit: f64 = StandardNormal.sample(&mut self.generator);
-        unit * sigma * self.factor
+        normal::draw(&mut self.generator) * sigma * self.factor
     }
 
     /// A uniform number in [0, 1), not scaled.

@@ -523,3 +523,38 @@ fn optional_unknowns_are_parameters_of_the_budget() {
         "{bias:?}"
     );
 }
+
+/// The C library takes the code of an older CPU; where there is no such library the variable says nothing, and the bytes are equal too.
+#[test]
+fn the_bytes_do_not_depend_on_the_c_library_s_code() {
+    const OLDER: [(&str, &str); 2] = [
+        ("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4"),
+        ("LC_ALL", "C"),
+    ];
+    let folder = tempfile::tempdir().expect("folder");
+    for name in ["three-pass-thin", "usbl-thin"] {
+        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/scenarios");
+        let scenario = models.join(format!("{name}.toml"));
+        let of = |out: &str, older: bool| {
+            let out = folder.path().join(format!("{name}-{out}"));
+            let mut command = cargo_bin_cmd!("boresight");
+            command.args([
+                "budget",
+                path(&scenario),
+                "--trials",
+                "4",
+                "--out",
+                path(&out),
+            ]);
+            if older {
+                command.envs(OLDER);
+            }
+            assert_eq!(code(&command.output().expect("a run")), 0);
+            (
+                files(&out.join("trials")),
+                std::fs::read(out.join("result.json")).expect("bytes"),
+            )
+        };
+        assert!(of("here", false) == of("older", true), "{name}");
+    }
+}

@@ -6,7 +6,8 @@
 use std::path::{Path, PathBuf};
 
 /// Floor of every top-level module; the table of the architecture page.
-const FLOORS: [(&str, u8); 23] = [
+const FLOORS: [(&str, u8); 24] = [
+    ("math", 0),
     ("ruled", 0),
     ("units", 0),
     ("stats", 0),

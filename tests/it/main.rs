@@ -1,5 +1,9 @@
 //! The integration tests, one binary: `cargo test --release --test it NAME` runs the tests of one file.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "no result of the program hangs on these"
+)]
 #![allow(clippy::unwrap_used)]
 
 mod bad_input;

@@ -15,12 +15,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::adjust::fingerprint;
 use crate::calibrate::tried::{Trial, Tried};
 use crate::formats::digest::sha256_of;
 pub use line::Columns;
 
 /// Version of the layout.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// What a ledger's trials are of. Only trials of an equal header may stand in one ledger.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,6 +30,9 @@ pub struct Header {
     pub format: u32,
     /// Version of the program: another one may give other numbers.
     pub version: String,
+    /// Fingerprint of the arithmetic ([`fingerprint`]): on another one the same seeds give other last digits.
+    #[serde(default)]
+    pub numerics: String,
     /// Name of the procedure.
     pub procedure: String,
     /// Name of the scenario.
@@ -53,6 +57,7 @@ impl Header {
         Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            numerics: fingerprint().to_owned(),
             procedure: tried.procedure().to_owned(),
             scenario: tried.scenario().to_owned(),
             acting: acting.to_owned(),
@@ -124,6 +129,19 @@ pub enum LedgerError {
         /// What the file says.
         found: String,
         /// What this run needs.
+        expected: String,
+    },
+    /// Trials whose last digits are another machine's.
+    #[error(
+        "{}: its trials were computed where the last digits come out otherwise (numerics {found}, here {expected}); continue them with the build and on the kind of machine that began them, or choose another --out",
+        file.display()
+    )]
+    Numerics {
+        /// The file.
+        file: PathBuf,
+        /// Beginning of the file's fingerprint.
+        found: String,
+        /// Beginning of this build's.
         expected: String,
     },
     /// Trials are there and nobody said that they are to be continued.
@@ -265,6 +283,14 @@ impl Records {
                 what,
                 found,
                 expected,
+            });
+        }
+        if found.numerics != header.numerics {
+            let begin = |all: &str| all.chars().take(12).collect();
+            return Err(LedgerError::Numerics {
+                file: file.to_owned(),
+                found: begin(&found.numerics),
+                expected: begin(&header.numerics),
             });
         }
         records.good_bytes = head.len() as u64;
@@ -493,6 +519,14 @@ mod tests {
             let message = prepare(&file, &header).expect_err("other").to_string();
             assert!(message.contains(expected), "{message}");
         }
+        let mut elsewhere = header();
+        elsewhere.numerics = format!("0123456789abcdef{}", &elsewhere.numerics[16..]);
+        let message = prepare(&file, &elsewhere).expect_err("other").to_string();
+        let differ = "last digits come out otherwise";
+        assert!(
+            message.contains(differ) && message.contains("here 0123456789ab)"),
+            "{message}"
+        );
         assert_eq!(std::fs::read(&file).expect("bytes"), before);
     }
 }

@@ -15,6 +15,7 @@ use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::{Alternative, Tried};
 use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
 use crate::matching::{Patches, Water};
+use crate::math;
 use crate::observe::{Campaign, LaserScan, SoundingRange, Soundings};
 use crate::results::Finding;
 
@@ -436,9 +437,7 @@ fn moved_by(from: &TargetPose, to: &TargetPose) -> String {
     let there =
         from.ellipsoid.to_geocentric(b).coordinates - from.ellipsoid.to_geocentric(a).coordinates;
     let level = ecef_from_level(a).matrix.tr_mul(&there);
-    let azimuth_deg = level
-        .x
-        .atan2(level.y)
+    let azimuth_deg = math::atan2(level.x, level.y)
         .to_degrees()
         .round()
         .rem_euclid(360.0)
@@ -457,7 +456,7 @@ fn moved_by(from: &TargetPose, to: &TargetPose) -> String {
     let height = if level.z < 0.0 { "below" } else { "above" };
     format!(
         "{:.1} m to the {toward} ({azimuth_deg:.0} deg) and {:.1} m {height}",
-        level.x.hypot(level.y),
+        math::hypot(level.x, level.y),
         level.z.abs()
     )
 }

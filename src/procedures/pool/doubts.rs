@@ -24,6 +24,7 @@ use super::ties::Tie;
 use crate::adjust::{Component, Row, ScoreColumns, Solved, Unit};
 use crate::calibrate::verdict::Doubt;
 use crate::geometry::rotation::to_attitude;
+use crate::math;
 use crate::observe::SoundingRange;
 
 /// Passes by the time they begin at, split where the soundings pause.
@@ -269,7 +270,7 @@ impl<'a> Doubts<'a> {
         if let Some(first) = self.columns.attitude {
             let turn = sight.rotation.tr_mul(&sight.attitude);
             let (roll, pitch, _) = to_attitude(&sight.rotation);
-            let by_pitch = turn.x * roll.cos() + turn.z * roll.sin();
+            let by_pitch = turn.x * math::cos(roll) + turn.z * math::sin(roll);
             push(first, turn.y * roll);
             push(first + 1, by_pitch * pitch);
             push(first + 2, turn.y * pitch);

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
 
 use super::scene::Scene;
 use crate::matching::{Movable, Patches, Response, Sight, Water, responses};
+use crate::math;
 
 /// What the surveyor is expected to know beforehand about the target: one sigma of origin (metres) and azimuth (radians).
 const PRIOR_ORIGIN_M: f64 = 0.5;
@@ -40,7 +41,7 @@ pub fn of_returns(scene: &Scene) -> Vec<Response<4>> {
 
 /// Target frame turned about up: azimuth grows by `turn`.
 pub(super) fn turned(turn_rad: f64) -> Matrix3<f64> {
-    let (s, c) = turn_rad.sin_cos();
+    let (s, c) = math::sin_cos(turn_rad);
     Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
@@ -74,7 +75,7 @@ impl Movable<4> for LaserSample {
         let LaserPoint { point_m, ray, .. } = &self.0[k];
         let back = turned(parameters[3]).transpose();
         let moved = point_m - parameters.fixed_rows::<3>(0);
-        let (s, c) = parameters[3].sin_cos();
+        let (s, c) = math::sin_cos(parameters[3]);
         let slope = Matrix3::new(-s, -c, 0.0, c, -s, 0.0, 0.0, 0.0, 0.0) * moved;
         let mut jacobian = SMatrix::<f64, 3, 4>::zeros();
         jacobian.fixed_columns_mut::<3>(0).copy_from(&-back);

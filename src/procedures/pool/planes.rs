@@ -1,13 +1,14 @@
 //! The scanner's planes: extracted from the laser returns by RANSAC and a robust fit, checked between passes.
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::scene::Scene;
 use super::ties::TieSet;
 use crate::geometry::plane::{Plane, PlaneFit, PlaneMoments};
 use crate::geometry::ransac::{ExpectedNormal, PlaneSearch, find_plane};
 use crate::matching::Patches;
+use crate::math;
+use crate::stats::ChiSquare;
 use crate::target::Role;
 
 /// Points that the search for a plane looks at.
@@ -103,12 +104,11 @@ fn point_sigma_m(scene: &Scene) -> f64 {
         return laser.point_m;
     }
     let angle_m = laser.angle_rad * 10.0;
-    laser
-        .range_m
-        .hypot(angle_m)
-        .hypot(trajectory.position_m)
-        .hypot(trajectory.position_drift_m)
-        .max(0.002)
+    math::hypot(
+        math::hypot(math::hypot(laser.range_m, angle_m), trajectory.position_m),
+        trajectory.position_drift_m,
+    )
+    .max(0.002)
 }
 
 /// Puts the groups' planes under the faces of a set of patches.
@@ -178,8 +178,8 @@ pub fn disagreement(scene: &Scene, ties: &TieSet) -> Option<Disagreement> {
 
 /// Quantile of chi-square that good data exceed with probability [`FALSE_REFUSAL`].
 fn limit(differences: usize) -> Option<f64> {
-    let chi = ChiSquared::new(differences as f64).ok()?;
-    Some(chi.inverse_cdf(1.0 - FALSE_REFUSAL))
+    let chi = ChiSquare::new(differences as f64)?;
+    Some(chi.quantile(1.0 - FALSE_REFUSAL))
 }
 
 /// Each plane with the first pass's of its group.
@@ -193,7 +193,7 @@ fn differences(seen: &[PassPlane]) -> Vec<(usize, usize)> {
 fn covariance(scene: &Scene, seen: &[PassPlane]) -> DMatrix<f64> {
     let noise = &scene.campaign.trajectory.noise;
     let scanner_m = scene.campaign.scanner_sigma.map_or(0.0, |s| {
-        (s.rotation_rad.amax() * REACH_M).hypot(s.lever_arm_m.amax())
+        math::hypot(s.rotation_rad.amax() * REACH_M, s.lever_arm_m.amax())
     });
     let own_m2 = scanner_m.powi(2) + (REACH_M * noise.heading_drift_rad).powi(2) + FLOOR_M.powi(2);
     let normal = |k: usize| scene.target.groups[seen[k].group].normal;
@@ -202,7 +202,7 @@ fn covariance(scene: &Scene, seen: &[PassPlane]) -> DMatrix<f64> {
             return noise.position_drift_m.powi(2) + own_m2 + seen[i].spread_m.powi(2);
         }
         let gap = (seen[i].time_s - seen[j].time_s).abs() / noise.drift_correlation_time_s;
-        noise.position_drift_m.powi(2) * (-gap).exp() * normal(i).dot(&normal(j))
+        noise.position_drift_m.powi(2) * math::exp(-gap) * normal(i).dot(&normal(j))
     })
 }
 

@@ -6,6 +6,7 @@
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::Vector2;
 
+use crate::math;
 use crate::stats::mad_sigma;
 use crate::target::RailProfile;
 
@@ -26,7 +27,7 @@ pub struct Rigid {
 /// Turns a plane vector as roll does: `x' = x cos + z sin`, `z' = -x sin + z cos`.
 #[must_use]
 pub fn rolled(roll_rad: f64, p: &Vector2<f64>) -> Vector2<f64> {
-    let (s, c) = roll_rad.sin_cos();
+    let (s, c) = math::sin_cos(roll_rad);
     Vector2::new(p.x * c + p.y * s, -p.x * s + p.y * c)
 }
 
@@ -118,7 +119,7 @@ fn step(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<(f64, Vector2<f64>, Ve
         dot += a.dot(&b);
         cross += a.y * b.x - a.x * b.y;
     }
-    Some((cross.atan2(dot), from, to))
+    Some((math::atan2(cross, dot), from, to))
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use crate::adjust::{
 };
 use crate::calibrate::driver::{self, Model, Next, Pass, Schedule, Solved};
 use crate::calibrate::verdict::Doubted;
+use crate::math;
 use crate::observe::Mounting;
 
 /// Gates of the first rounds, metres: the start knows neither heading nor pitch.
@@ -134,7 +135,8 @@ impl Path<'_> {
         let largest = sigmas
             .map(|p| p.lateral_sigma_m.max(p.vertical_sigma_m))
             .fold(0.0, f64::max);
-        let own = self.config.gate_sigma * largest.hypot(self.scene.campaign.stand.profile_sigma_m);
+        let own = self.config.gate_sigma
+            * math::hypot(largest, self.scene.campaign.stand.profile_sigma_m);
         FIRST_GATES_M.get(round).map_or(own, |first| first.max(own))
     }
 

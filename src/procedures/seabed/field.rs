@@ -3,6 +3,8 @@
 //! `z = F b + s + e`, covariance of s Matern 3/2 `K = sigma^2 (1 + d) exp(-d)`, `d = sqrt(3) |x - x'| / length`, noise `D`;
 //! `C = K + D`, `P = C^-1 - C^-1 F (F' C^-1 F)^-1 F' C^-1`, `alpha = P z`.
 
+use crate::math;
+use crate::math::dense::product;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 
 /// Parameters of the random field.
@@ -78,8 +80,8 @@ impl Points {
         for j in 0..n {
             for i in j..n {
                 let (a, b) = (&self.at_m[i], &self.at_m[j]);
-                let d = rate * (a.x - b.x).hypot(a.y - b.y);
-                let decay = variance * (-d).exp();
+                let d = rate * math::hypot(a.x - b.x, a.y - b.y);
+                let decay = variance * math::exp(-d);
                 heights[(i, j)] = decay * (1.0 + d);
                 heights[(j, i)] = heights[(i, j)];
                 slopes[(i, j)] = decay * rate * rate;
@@ -104,7 +106,7 @@ impl Points {
         let normal = design.tr_mul(&design).cholesky()?;
         let right = design.tr_mul(&heights);
         let fitted = right.dot(&normal.solve(&right));
-        let log = |m: &DMatrix<f64>| 2.0 * m.diagonal().iter().map(|x| x.ln()).sum::<f64>();
+        let log = |m: &DMatrix<f64>| 2.0 * m.diagonal().iter().map(|x| math::ln(*x)).sum::<f64>();
         Some(log(lower) + log(normal.l_dirty()) + heights.norm_squared() - fitted)
     }
 
@@ -122,8 +124,7 @@ impl Points {
         let small = design.tr_mul(&weighted).cholesky()?.inverse();
         let plane = &small * weighted.tr_mul(&z);
         let projected = &weighted * &small;
-        let mut precision = inverse;
-        precision.gemm(-1.0, &projected, &weighted.transpose(), 1.0);
+        let precision = inverse - product(&projected, &weighted.transpose());
         let alpha = &precision * &z;
         let relief = &heights_cov * &alpha;
         let (slopes, trace) = self.slopes(&slopes_cov, &precision, &alpha);
@@ -212,7 +213,7 @@ mod tests {
     fn points() -> Points {
         let at = |k: usize| {
             let (x, y) = (1.7 * (k % 5) as f64 - 3.0, 1.3 * (k / 5) as f64 - 3.0);
-            let wobble = 0.05 * (1.3 * x + 0.4 * y).sin() + 0.02 * ((k * 31) % 7) as f64 / 7.0;
+            let wobble = 0.05 * math::sin(1.3 * x + 0.4 * y) + 0.02 * ((k * 31) % 7) as f64 / 7.0;
             Vector3::new(x + 0.1 * wobble, y, -14.0 + 0.1 * x - 0.05 * y + wobble)
         };
         let noise = Noise {
@@ -238,7 +239,7 @@ mod tests {
         let found = points.collocate(&FIELD).expect("regular");
         let (dz, dx) = (
             |k: usize| 0.3 - 0.1 * k as f64 * 0.07,
-            |k: usize| 0.2 * (k as f64 * 0.9).sin(),
+            |k: usize| 0.2 * math::sin(k as f64 * 0.9),
         );
         let moved = |by: f64| {
             let mut moved = points.clone();
@@ -248,7 +249,7 @@ mod tests {
             }
             // the factor log |F'F| makes the restricted likelihood independent of the scale of the plane's basis
             let design = moved.design();
-            let basis = (design.tr_mul(&design)).determinant().ln();
+            let basis = math::ln((design.tr_mul(&design)).determinant());
             moved.restricted_deviance(&FIELD).expect("regular") - basis
         };
         let step = 1e-5;

@@ -1,5 +1,6 @@
 //! How the lines lie: tracks, speeds, and what each pair of lines is good for.
 
+use crate::math;
 use std::collections::BTreeMap;
 
 use nalgebra::{Vector2, Vector3};
@@ -144,7 +145,7 @@ fn track(scene: &Scene, number: usize) -> Track {
     let over_s = (line.end_s - line.start_s).max(1e-9);
     Track {
         name: line.name.clone(),
-        course_deg: way.x.atan2(way.y).to_degrees().rem_euclid(360.0),
+        course_deg: math::atan2(way.x, way.y).to_degrees().rem_euclid(360.0),
         speed_m_s: way.norm() / over_s,
         length_m: way.norm(),
         middle_m: (begin + end) / 2.0,

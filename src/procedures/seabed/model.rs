@@ -6,6 +6,7 @@ use super::cones::Pair;
 use super::scene::{Scene, Sounding, axis};
 use super::states::{Component, States};
 use crate::georef::Layers;
+use crate::math;
 use crate::observe::Mounting;
 
 /// The parameters in their order.
@@ -224,7 +225,7 @@ impl<'a> Locator<'a> {
             sideways: aim.sideways,
             rotation,
             time_s,
-            sine: sounding.across_rad.sin(),
+            sine: math::sin(sounding.across_rad),
             heave,
             aim,
             depth_m,
@@ -290,7 +291,7 @@ impl<'a> Locator<'a> {
             let chord = layers.chord(depth_m, (launch, speed_m_s), one_way_s);
             return Some(chord.ok()? * stretched);
         }
-        let sine = launch.x.hypot(launch.y);
+        let sine = math::hypot(launch.x, launch.y);
         let end = layers.trace(depth_m, (sine, -launch.z), one_way_s).ok()?;
         let stretch = if sine > 0.0 {
             end.horizontal_m / sine
@@ -342,8 +343,8 @@ impl<'a> Locator<'a> {
 
 /// Direction of a beam in the sonar's frame, and the across derivative of it.
 fn beam_directions(across_rad: f64, along_rad: f64) -> (Vector3<f64>, Vector3<f64>) {
-    let (sa, ca) = across_rad.sin_cos();
-    let (sc, cc) = along_rad.sin_cos();
+    let (sa, ca) = math::sin_cos(across_rad);
+    let (sc, cc) = math::sin_cos(along_rad);
     (
         Vector3::new(sa * cc, sc, -ca * cc),
         Vector3::new(ca * cc, 0.0, sa * cc),

@@ -3,9 +3,8 @@
 //! A tile's information is `N = J' P J` with posterior slopes in J, its score `s = -J' alpha` minus the trace term. A shift that all lines
 //! of a tile share moves no likelihood but counts in `J' P J`; six columns of common shift, stretch and shear take it out.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt;
-use faer::{Mat, Par};
+use crate::math;
+use crate::math::dense::{product, solve_positive};
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
 use super::field::{Collocation, Field, Noise, Points};
@@ -91,7 +90,7 @@ impl Placed {
         for located in &placed.located {
             let along = normal.dot(&located.ray_m) / located.range_m;
             let across_m = normal.dot(&located.sideways) * located.range_m;
-            let angle = scene.sonar.angle_sigma_rad(located.sine.asin());
+            let angle = scene.sonar.angle_sigma_rad(math::asin(located.sine));
             let ins = &scene.ins;
             let arm_m = located.range_m * located.sine;
             points.noise.push(Noise {
@@ -292,12 +291,12 @@ impl Rows {
     /// Information and score of the unknowns after the warps are eliminated.
     fn without_warps(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let kept = self.unknowns.len();
-        let weighted = &self.found.precision * &self.jacobian;
+        let weighted = product(&self.found.precision, &self.jacobian);
         let normal = self.jacobian.tr_mul(&weighted);
         let score = -(self.jacobian.tr_mul(&self.found.alpha) + &self.trace);
         let eliminating = self.eliminating(&weighted)?;
         let coupling = normal.view((kept, 0), (WARPS, kept));
-        let information = normal.view((0, 0), (kept, kept)) - &eliminating * coupling;
+        let information = normal.view((0, 0), (kept, kept)) - product(&eliminating, &coupling);
         let reduced = score.rows(0, kept) - &eliminating * score.rows(kept, WARPS);
         Some((information, reduced))
     }
@@ -305,16 +304,17 @@ impl Rows {
     /// How the score of the unknowns falls as each sounding's height grows: soundings by unknowns.
     pub fn pulls(&self) -> Option<DMatrix<f64>> {
         let kept = self.unknowns.len();
-        let weighted = &self.found.precision * &self.jacobian;
+        let weighted = product(&self.found.precision, &self.jacobian);
         let eliminating = self.eliminating(&weighted)?;
-        Some(weighted.columns(0, kept) - weighted.columns(kept, WARPS) * eliminating.transpose())
+        let warps = weighted.columns(kept, WARPS);
+        Some(weighted.columns(0, kept) - product(&warps, &eliminating.transpose()))
     }
 }
 
 /// All blocks and priors together.
 #[derive(Clone, Debug)]
 pub struct Normal {
-    information: Mat<f64>,
+    information: DMatrix<f64>,
     score: Vec<f64>,
     /// Sum of squares of residuals, priors included.
     pub omega: f64,
@@ -378,7 +378,7 @@ impl Normal {
     ) -> Self {
         let size = COUNT + states.len();
         let mut normal = Self {
-            information: Mat::zeros(size, size),
+            information: DMatrix::zeros(size, size),
             score: vec![0.0; size],
             omega: 0.0,
             freedom: 0.0,
@@ -444,18 +444,18 @@ impl Normal {
         let scale: Vec<f64> = (0..size)
             .map(|k| self.information[(k, k)].max(1e-300).sqrt().recip())
             .collect();
-        let mut factor = Mat::from_fn(size, size, |i, j| {
+        let mut factor = DMatrix::from_fn(size, size, |i, j| {
             if i < j {
                 return 0.0;
             }
             self.information[(i, j)] * scale[i] * scale[j]
         });
-        let mut solution = Mat::from_fn(size, 1 + COUNT, |i, j| match j {
+        let mut solution = DMatrix::from_fn(size, 1 + COUNT, |i, j| match j {
             0 => self.score[i] * scale[i],
             _ if i + 1 == j => scale[i],
             _ => 0.0,
         });
-        solve_alone(&mut factor, &mut solution)?;
+        solve_positive(&mut factor, &mut solution)?;
         let column = |j: usize| (0..size).map(|i| solution[(i, j)] * scale[i]).collect();
         let solved = Solved {
             step: column(0),
@@ -464,21 +464,6 @@ impl Normal {
         let finite = solved.step.iter().all(|x| x.is_finite());
         finite.then_some(solved)
     }
-}
-
-/// Cholesky in place and solution in place, on one thread: the sum's order is then always the same, and a busy machine does not stall it.
-fn solve_alone(matrix: &mut Mat<f64>, right: &mut Mat<f64>) -> Option<()> {
-    let (size, columns) = (matrix.nrows(), right.ncols());
-    let params = faer::Spec::default();
-    let factor_room = llt::factor::cholesky_in_place_scratch::<f64>(size, Par::Seq, params);
-    let solve_room = llt::solve::solve_in_place_scratch::<f64>(size, columns, Par::Seq);
-    let mut room = MemBuffer::new(factor_room.or(solve_room));
-    let stack = MemStack::new(&mut room);
-    let regularisation = llt::factor::LltRegularization::default();
-    llt::factor::cholesky_in_place(matrix.as_mut(), regularisation, Par::Seq, stack, params)
-        .ok()?;
-    llt::solve::solve_in_place(matrix.as_ref(), right.as_mut(), Par::Seq, stack);
-    Some(())
 }
 
 /// Covariance from the scatter of the tiles' scores instead of the model: `N^-1 (sum s s' + priors) N^-1`, its diagonal.

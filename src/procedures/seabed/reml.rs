@@ -1,5 +1,6 @@
 //! The field's parameters by restricted maximum likelihood over a few tiles, with the simplex of Nelder and Mead.
 
+use crate::math;
 use argmin::core::{CostFunction, Error, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
@@ -95,9 +96,9 @@ impl ArgminMul<f64, Self> for Logs {
 
 fn field_of(log: &[f64; 3]) -> Field {
     Field {
-        sigma_m: log[0].exp(),
-        length_m: log[1].exp(),
-        noise_factor: log[2].exp(),
+        sigma_m: math::exp(log[0]),
+        length_m: math::exp(log[1]),
+        noise_factor: math::exp(log[2]),
     }
 }
 
@@ -120,14 +121,14 @@ impl Deviance<'_> {
             .of(&wanted)
             .iter()
             .zip(&allowed)
-            .map(|(w, a)| (w.0 / a.0).ln().powi(2))
+            .map(|(w, a)| math::ln(w.0 / a.0).powi(2))
             .sum();
         let each: Vec<f64> = self
             .tiles
             .par_iter()
             .map(|t| t.restricted_deviance(&field).unwrap_or(1e12))
             .collect();
-        let belief = (field.noise_factor.ln() / self.bounds.noise_factor_sigma).powi(2);
+        let belief = (math::ln(field.noise_factor) / self.bounds.noise_factor_sigma).powi(2);
         (each.iter().sum::<f64>() + belief) * (1.0 + wall.min(1.0) * 1e-3) + 1e3 * wall
     }
 }
@@ -171,9 +172,9 @@ fn likeliest(tiles: &[Points], start: &Field, bounds: &Bounds) -> Option<Field> 
         return None;
     }
     let middle = [
-        start.sigma_m.ln(),
-        start.length_m.ln(),
-        start.noise_factor.ln(),
+        math::ln(start.sigma_m),
+        math::ln(start.length_m),
+        math::ln(start.noise_factor),
     ];
     let corner = |k: usize, by: f64| {
         let mut vertex = middle;
@@ -243,7 +244,7 @@ mod tests {
     fn rough(phase: f64) -> Points {
         let at = |k: usize| {
             let (x, y) = ((k % 8) as f64 - 3.5, 1.2 * (k / 8) as f64 - 3.0);
-            nalgebra::Vector3::new(x, y, 0.2 * (0.9 * x + 0.5 * y + phase).sin())
+            nalgebra::Vector3::new(x, y, 0.2 * math::sin(0.9 * x + 0.5 * y + phase))
         };
         let noise = super::super::field::Noise {
             sonar_m2: 1e-2,

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::georef::Layers;
+use crate::math;
 use crate::observe::{Mounting, SoundSpeedProfile, Trajectory};
 
 /// A-priori noise and drift of the INS, metres, radians, seconds.
@@ -86,7 +87,7 @@ impl Arrays {
     pub fn together(&self) -> Mounting {
         let (transmitter, receiver) = (&self.transmitter, &self.receiver);
         let ((_, pitch, heading), (roll, _, other)) = (transmitter.angles(), receiver.angles());
-        if (heading - other).cos() < 0.0 {
+        if math::cos(heading - other) < 0.0 {
             return Mounting {
                 rotation: receiver.rotation,
                 ..*transmitter
@@ -198,7 +199,8 @@ impl Scene {
     pub fn typical_depth_m(&self) -> f64 {
         let speed = self.water.surface_speed_m_s();
         let step = (self.soundings.len() / 5000).max(1);
-        let depth = |s: &Sounding| s.one_way_s * speed * (s.across_rad + self.nominal_roll()).cos();
+        let depth =
+            |s: &Sounding| s.one_way_s * speed * math::cos(s.across_rad + self.nominal_roll());
         let mut depths: Vec<f64> = self.soundings.iter().step_by(step).map(depth).collect();
         crate::stats::median(&mut depths).unwrap_or(0.0)
     }
@@ -238,7 +240,7 @@ fn mean_height_m(
     let (mut weight, mut sum) = (0.0, 0.0);
     for k in first..last {
         let x = (time_s[k] - at_s) / WAVE_BAND_S;
-        let w = (-0.5 * x * x).exp();
+        let w = math::exp(-0.5 * x * x);
         weight += w;
         sum += w * position_m[k].z;
     }

@@ -1,6 +1,7 @@
 //! Slow errors of the trajectory as Gauss-Markov states on knots, line by line, and one height of each line.
 
 use super::scene::{InsNoise, Line};
+use crate::math;
 
 /// What a state moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -198,7 +199,7 @@ impl States {
                 match before {
                     None => add(state, state, 1.0 / variance),
                     Some((last, last_s)) => {
-                        let keep = (-(time_s - last_s).abs() / chain.correlation_s).exp();
+                        let keep = math::exp(-(time_s - last_s).abs() / chain.correlation_s);
                         let information = 1.0 / (variance * (1.0 - keep * keep).max(1e-12));
                         add(state, state, information);
                         add(last, last, keep * keep * information);

@@ -1,5 +1,6 @@
 //! What the report draws: how far the lines differ from each other, before and after by each path, over the ground, by beam and by line.
 
+use crate::math;
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
@@ -142,7 +143,7 @@ fn cell_m(scene: &Scene, layout: &Layout, soundings: usize) -> f64 {
     let depth_m = scene.typical_depth_m();
     let length_m: f64 = layout.tracks.iter().map(|t| t.length_m).sum();
     let widest = scene.soundings.iter().map(|s| s.across_rad.abs());
-    let wide_m = 2.0 * depth_m * widest.fold(0.0, f64::max).min(1.2).tan();
+    let wide_m = 2.0 * depth_m * math::tan(widest.fold(0.0, f64::max).min(1.2));
     cell_side_m(length_m * wide_m, soundings).max(least_cell_m(depth_m))
 }
 
@@ -242,7 +243,7 @@ impl Sheet {
             let Some(over_m) = self.over_others_m(line, point) else {
                 continue;
             };
-            let across_m = sounding.one_way_s * speed_m_s * sounding.across_rad.sin();
+            let across_m = sounding.one_way_s * speed_m_s * math::sin(sounding.across_rad);
             for (bins, place) in [
                 (&mut bins.angles, sounding.across_rad.to_degrees() / BIN_DEG),
                 (&mut bins.distances, across_m / wide_m),

@@ -28,6 +28,7 @@ use crate::calibrate::verdict::doubts::{self, Doubt, Doubted};
 use crate::calibrate::verdict::fit::{self, Part};
 use crate::calibrate::verdict::{Alternative, Tried, VerdictConfig, accepted};
 use crate::geometry::rotation::{from_attitude, log, to_attitude};
+use crate::math;
 use crate::observe::Trajectory;
 use crate::observe::usbl::UsblCampaign;
 use crate::results::{Finding, Severity};
@@ -165,7 +166,7 @@ impl ScoreColumns for Doubts<'_> {
         let pose = &self.scene.poses[self.used[fix] as usize];
         let (roll, pitch, heading) = to_attitude(&pose.rotation);
         let in_body = pose.rotation.tr_mul(&by_turn);
-        let by_pitch = in_body.x * roll.cos() + in_body.z * roll.sin();
+        let by_pitch = in_body.x * math::cos(roll) + in_body.z * math::sin(roll);
         push(0, -by_turn.dot(&self.rates[fix]));
         push(2, in_body.y * roll);
         push(3, by_pitch * pitch);
@@ -544,7 +545,7 @@ fn of_fixes() -> Vec<Mistake> {
 /// A direction whose two angles to the axes were read as degrees and are gon.
 fn from_gon(direction: &mut Vector3<f64>) {
     const GON: f64 = 0.9;
-    let [x, y] = [direction.x, direction.y].map(|cosine| (GON * cosine.acos()).cos());
+    let [x, y] = [direction.x, direction.y].map(|cosine| math::cos(GON * math::acos(cosine)));
     let down = (1.0 - x * x - y * y).max(0.0).sqrt();
     *direction = Vector3::new(x, y, direction.z.signum() * down);
 }

@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::config::ReferenceConfig;
 use super::scene::Scene;
 use crate::geometry::rotation;
+use crate::math;
 use crate::units::wrap_angle;
 
 /// Corrections below this end the iteration, radians.
@@ -34,7 +35,11 @@ impl PrintedAngles {
     /// The matrix of equation 1-4, entry by entry as printed.
     #[must_use]
     pub fn matrix(&self) -> Matrix3<f64> {
-        let ((sh, ch), (sr, cr), (sp, cp)) = (self.h.sin_cos(), self.r.sin_cos(), self.p.sin_cos());
+        let ((sh, ch), (sr, cr), (sp, cp)) = (
+            math::sin_cos(self.h),
+            math::sin_cos(self.r),
+            math::sin_cos(self.p),
+        );
         Matrix3::new(
             ch * cr,
             ch * sr * sp + sh * cp,
@@ -52,16 +57,20 @@ impl PrintedAngles {
     #[must_use]
     pub fn of(m: &Matrix3<f64>) -> Self {
         Self {
-            h: (-m[(1, 0)]).atan2(m[(0, 0)]),
-            r: m[(2, 0)].atan2(m[(2, 1)].hypot(m[(2, 2)])),
-            p: (-m[(2, 1)]).atan2(m[(2, 2)]),
+            h: math::atan2(-m[(1, 0)], m[(0, 0)]),
+            r: math::atan2(m[(2, 0)], math::hypot(m[(2, 1)], m[(2, 2)])),
+            p: math::atan2(-m[(2, 1)], m[(2, 2)]),
         }
     }
 
     /// Derivatives of [`Self::matrix`] by H, R and P: the coefficients `T` of step 5, with T11 corrected.
     #[must_use]
     pub fn derivatives(&self) -> [Matrix3<f64>; 3] {
-        let ((sh, ch), (sr, cr), (sp, cp)) = (self.h.sin_cos(), self.r.sin_cos(), self.p.sin_cos());
+        let ((sh, ch), (sr, cr), (sp, cp)) = (
+            math::sin_cos(self.h),
+            math::sin_cos(self.r),
+            math::sin_cos(self.p),
+        );
         let by_h = Matrix3::new(
             -sh * cr,
             -sh * sr * sp + ch * cp,
@@ -384,7 +393,7 @@ mod tests {
             let difference = (moved(k, step) - moved(k, -step)) / (2.0 * step);
             assert!((difference - derivative).amax() < 1e-9, "{k}");
         }
-        let misprinted = -ANGLES.r.sin() * ANGLES.p.cos();
+        let misprinted = -math::sin(ANGLES.r) * math::cos(ANGLES.p);
         let t11_by_r = ANGLES.derivatives()[1][(0, 0)];
         assert!((misprinted - t11_by_r).abs() > 0.03);
     }

@@ -2,12 +2,12 @@
 //! station.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::joint::{JointOutcome, SOUGHT};
 use super::scene::Scene;
 use crate::geometry::rotation::skew;
 use crate::observe::usbl::Role;
+use crate::stats::ChiSquare;
 
 /// A fix is an outlier beyond this many standard deviations in any direction.
 const GATE: f64 = 5.0;
@@ -86,7 +86,7 @@ impl BeaconResiduals {
     pub fn test(&self) -> Option<(f64, f64)> {
         let solved = self.covariance_m2.cholesky()?.solve(&self.mean_m);
         let statistic = self.mean_m.dot(&solved);
-        let p = ChiSquared::new(3.0).ok()?.sf(statistic);
+        let p = ChiSquare::new(3.0)?.above(statistic);
         (self.good > 0).then_some((statistic, p))
     }
 }

@@ -10,6 +10,7 @@ use nalgebra::Matrix6;
 
 use super::fusion::{Fusion, sigmas};
 use super::passes::{PassError, Timed, information_of_all, own_passes};
+use crate::math;
 use crate::procedures::pool::JointConfig;
 use crate::procedures::pool::joint::Information;
 use crate::results::PlanCriterion;
@@ -53,7 +54,7 @@ impl PlanRequest {
         let ends = passes.clone().map(|p| p.distance_m);
         let near = ends.clone().fold(f64::INFINITY, f64::min) / 2.0;
         let far = ends.fold(0.0, f64::max) * 2.0;
-        let step = |k: i32| near * (far / near).powf(f64::from(k) / 4.0);
+        let step = |k: i32| near * math::powf(far / near, f64::from(k) / 4.0);
         self.distances_m = (0..5).map(|k| (2.0 * step(k)).round() / 2.0).collect();
         self.speeds_m_s = passes
             .clone()
@@ -286,7 +287,11 @@ pub fn worth(covariance: &Matrix6<f64>, request: &PlanRequest) -> f64 {
     match request.criterion {
         PlanCriterion::A => scaled.trace(),
         PlanCriterion::D => scaled.cholesky().map_or(f64::INFINITY, |c| {
-            c.l_dirty().diagonal().iter().map(|d| 2.0 * d.ln()).sum()
+            c.l_dirty()
+                .diagonal()
+                .iter()
+                .map(|d| 2.0 * math::ln(*d))
+                .sum()
         }),
     }
 }

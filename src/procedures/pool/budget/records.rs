@@ -1,5 +1,6 @@
 //! Errors of the trajectory's records, gathered over both sensors, and what they sum to.
 
+use crate::math;
 use nalgebra::{Matrix6, Matrix6x3, Vector6};
 
 use super::influence::square;
@@ -63,7 +64,7 @@ pub fn gauss_markov(
     let mut before = Vector6::zeros();
     for (k, time_s) in times_s.iter().enumerate() {
         if k > 0 {
-            before *= (-(time_s - times_s[k - 1]) / tau_s).exp();
+            before *= math::exp(-(time_s - times_s[k - 1]) / tau_s);
         }
         let c = column(k);
         let cross = before * c.transpose();
@@ -79,7 +80,7 @@ mod tests {
 
     fn columns() -> (Vec<f64>, Vec<Vector6<f64>>) {
         let times = (0..60).map(|k| f64::from(k) * 0.7 + f64::from(k % 7) * 0.05);
-        let column = |k: i32| Vector6::from_fn(|i, _| (f64::from(k) * (0.3 + i as f64)).sin());
+        let column = |k: i32| Vector6::from_fn(|i, _| math::sin(f64::from(k) * (0.3 + i as f64)));
         (times.collect(), (0..60).map(column).collect())
     }
 
@@ -89,7 +90,7 @@ mod tests {
         let mut expected = Matrix6::zeros();
         for (t, a) in times.iter().zip(&columns) {
             for (s, b) in times.iter().zip(&columns) {
-                expected += a * b.transpose() * (-(t - s).abs() / 8.0).exp();
+                expected += a * b.transpose() * math::exp(-(t - s).abs() / 8.0);
             }
         }
         let found = gauss_markov(&times, 8.0, |k| columns[k]);

@@ -7,6 +7,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::georef::local_trajectory;
+use crate::math;
 use crate::observe::{LaserScan, Soundings, Trajectory};
 use crate::procedures::pool::survey::LoadedSurvey;
 use crate::procedures::pool::survey::claims::claims;
@@ -111,9 +112,9 @@ impl Sailed {
 /// Roll, pitch and heading (clockwise from +Y) of a body in the target frame, degrees.
 fn angles_deg(rotation: &Matrix3<f64>) -> [f64; 3] {
     let (right, forward, up) = (rotation.column(0), rotation.column(1), rotation.column(2));
-    let roll = (-right.z).atan2(up.z);
-    let pitch = forward.z.clamp(-1.0, 1.0).asin();
-    let heading = forward.x.atan2(forward.y);
+    let roll = math::atan2(-right.z, up.z);
+    let pitch = math::asin(forward.z.clamp(-1.0, 1.0));
+    let heading = math::atan2(forward.x, forward.y);
     [roll, pitch, heading].map(f64::to_degrees)
 }
 
@@ -203,7 +204,7 @@ fn lidar(scanner: &mut Lidar, observed: &LaserScan, duration_s: f64) {
         .z_m
         .iter()
         .zip(&observed.x_m)
-        .map(|(z, x)| z.atan2(*x).to_degrees())
+        .map(|(z, x)| math::atan2(*z, *x).to_degrees())
         .collect();
     let low = angles.iter().copied().fold(f64::INFINITY, f64::min);
     let high = angles.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -238,7 +239,7 @@ mod tests {
     #[test]
     fn size_and_period_of_a_sine_are_found() {
         let times: Vec<f64> = (0..4000).map(|k| f64::from(k) * 0.01).collect();
-        let sine = |t: &f64| 7.0 + 2.0 * (std::f64::consts::TAU * t / 4.0 + 0.3).sin();
+        let sine = |t: &f64| 7.0 + 2.0 * math::sin(std::f64::consts::TAU * t / 4.0 + 0.3);
         let values: Vec<f64> = times.iter().map(sine).collect();
         let found = oscillation(&[(&times, values)], true);
         assert!((found.mean - 7.0).abs() < 1e-3, "{found:?}");

@@ -7,6 +7,7 @@
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3};
 
 use crate::geometry::rotation::skew;
+use crate::math;
 use crate::observe::{SonarNoise, TrajectoryNoise};
 
 /// Quantile of a normal deviate, both sides, at 95 %.
@@ -64,7 +65,7 @@ impl Order {
     /// Largest vertical uncertainty at a depth, metres, 95 %.
     #[must_use]
     pub fn vertical_m(&self, depth_m: f64) -> f64 {
-        self.vertical.0.hypot(self.vertical.1 * depth_m)
+        math::hypot(self.vertical.0, self.vertical.1 * depth_m)
     }
 }
 
@@ -131,7 +132,7 @@ pub fn swath(
     angles_rad: &[f64],
 ) -> Vec<BeamUncertainty> {
     let beam = |&angle_rad: &f64| {
-        let v = Vector3::new(angle_rad.tan(), 0.0, -1.0) * depth_m;
+        let v = Vector3::new(math::tan(angle_rad), 0.0, -1.0) * depth_m;
         let own = calibration_part(covariance, &v);
         let others = sensor_part(sensors, &v, angle_rad);
         BeamUncertainty {
@@ -161,7 +162,7 @@ fn sensor_part(sensors: &SwathSensors, v: &Vector3<f64>, angle_rad: f64) -> Matr
     let swing = skew(&(v + sensors.lever_arm_m));
     let attitude = Matrix3::from_diagonal(&Vector3::new(level, level, heading));
     let (range_m, ray) = (v.norm(), v.normalize());
-    let across = Vector3::new(angle_rad.cos(), 0.0, angle_rad.sin()) * range_m;
+    let across = Vector3::new(math::cos(angle_rad), 0.0, math::sin(angle_rad)) * range_m;
     let along = Vector3::y() * range_m;
     let spread = |axis: &Vector3<f64>, sigma: f64| axis * axis.transpose() * (sigma * sigma);
     Matrix3::identity() * position

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::super::config::Variant;
 use super::{RoleSoundings, ScannerPlanes, SequentialError};
 use crate::geometry::rotation;
+use crate::math;
 
 /// The normals of P1 to P4 as one sensor sees them: unit, target frame, P1 to P3 towards the boat, P4 upward.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +82,7 @@ pub fn angle_vector_rad(from: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> 
     if sine < 1e-12 {
         return cross;
     }
-    cross * (sine.atan2(from.dot(to)) / sine)
+    cross * (math::atan2(sine, from.dot(to)) / sine)
 }
 
 /// `I + Omega` (\[0032\]) of a small turn (pitch, roll, yaw about x, y, z of the body; radians), orthonormal again.
@@ -132,8 +133,8 @@ mod tests {
         assert!((projected - wrong).norm() < 3e-7, "{projected}");
         let literal = seen.correction_rad(&target(), Variant::Literal);
         let expected = Vector3::new(
-            wrong.x.hypot(wrong.y),
-            -wrong.y.hypot(wrong.z),
+            math::hypot(wrong.x, wrong.y),
+            -math::hypot(wrong.y, wrong.z),
             // the turn of n3 about itself does not show
             (wrong.z.powi(2) + 0.5 * (wrong.x - wrong.y).powi(2)).sqrt(),
         );

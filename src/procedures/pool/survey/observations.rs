@@ -6,6 +6,7 @@ use super::file::{CoordinatesName, SurveyFile};
 use crate::formats::{LaserRecords, SoundingRecords, TrajectoryRecords};
 use crate::geometry::utm::{Utm, UtmError};
 use crate::geometry::{Ellipsoid, Geodetic};
+use crate::math;
 use crate::observe::{GeodeticTrajectory, SoundingRange};
 use crate::survey::clock::{Verdict, judge};
 use crate::survey::problem::Problem;
@@ -66,7 +67,7 @@ pub(super) fn laser_problem(
 ) -> Option<Problem> {
     let fits = |k: usize| {
         let (x, y, z) = (records.x_m[k], records.y_m[k], records.z_m[k]);
-        let distance_m = x.hypot(y).hypot(z);
+        let distance_m = math::hypot(math::hypot(x, y), z);
         match frame {
             CoordinatesName::Sensor => distance_m > 0.0 && distance_m <= FARTHEST_M,
             CoordinatesName::Target => distance_m <= FARTHEST_M,
@@ -123,7 +124,7 @@ pub(super) fn to_geocentric(
 fn no_place(file: &Path, error: &UtmError) -> Problem {
     let place = match error {
         UtmError::Outside { row, .. } => format!("return {}", row + 1),
-        UtmError::Zone { .. } | UtmError::Library { .. } => "whole file".to_owned(),
+        UtmError::Zone { .. } => "whole file".to_owned(),
     };
     Problem::new(
         file,

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use super::{ReferenceError, SweepStep};
 use crate::geometry::curve::Element;
 use crate::geometry::{fit2d, hausdorff, rotation};
+use crate::math;
 use crate::observe::Mounting;
 use crate::procedures::rail::config::RailReferenceConfig;
 use crate::procedures::rail::icp::{self, Cloud, Rigid};
@@ -96,7 +97,7 @@ impl Fitter<'_> {
         let place = body * (nominal.lever_arm_m - stand.pivot_body_m);
         let r = body * nominal.rotation;
         Rigid {
-            roll_rad: (-r[(2, 0)]).atan2(r[(0, 0)]),
+            roll_rad: math::atan2(-r[(2, 0)], r[(0, 0)]),
             shift_m: Vector2::new(place.x, place.z) + stand.pivot_rail_m,
         }
     }
@@ -388,7 +389,7 @@ impl Fitter<'_> {
             let q = icp::rolled(fine.roll_rad, p);
             icp::rolled(
                 -fine.roll_rad,
-                &Vector2::new(q.x * psi.cos(), q.y * theta.cos()),
+                &Vector2::new(q.x * math::cos(psi), q.y * math::cos(theta)),
             )
         };
         let changed: Vec<_> = profile.iter().map(compensate).collect();
@@ -417,7 +418,7 @@ fn line_turn(standard: &Element, points: &mut Vec<Vector2<f64>>) -> Result<f64, 
     let wanted = standard.tangent(0.5);
     let sense = found.dot(&wanted).signum();
     let sine = sense * (wanted.x * found.y - wanted.y * found.x);
-    Ok(sine.atan2((sense * found.dot(&wanted)).abs()))
+    Ok(math::atan2(sine, (sense * found.dot(&wanted)).abs()))
 }
 
 /// Centre of the fitted circle; points off the fit are left out once.

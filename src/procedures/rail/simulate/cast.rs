@@ -106,6 +106,7 @@ impl Piece {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
     use crate::target::RailProfile;
 
     /// Every hit lies on the standard profile, and no other part of the rail lies before it.
@@ -117,7 +118,7 @@ mod tests {
         let mut seen = vec![0; rail.elements.len()];
         for k in 0..2000 {
             let angle = -1.5 + f64::from(k) * 8e-4;
-            let direction = Vector3::new(angle.sin(), 0.1, -angle.cos()).normalize();
+            let direction = Vector3::new(math::sin(angle), 0.1, -math::cos(angle)).normalize();
             let Some(range) = body.hit(&origin, &direction) else {
                 continue;
             };

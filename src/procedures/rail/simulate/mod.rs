@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::geometry::rotation;
+use crate::math;
 use crate::observe::{
     AttitudeNoise, AttitudeRecord, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord,
 };
@@ -259,7 +260,7 @@ fn profile(
     for k in 0..section.rays {
         let part = (f64::from(k) + 0.5) / f64::from(section.rays);
         let angle = (part - 0.5) * section.field_deg.to_radians();
-        let direction = Vector3::new(angle.sin(), 0.0, -angle.cos());
+        let direction = Vector3::new(math::sin(angle), 0.0, -math::cos(angle));
         let noise = Vector2::new(
             lateral.normal(section.lateral_sigma_m),
             vertical.normal(section.vertical_sigma_m),

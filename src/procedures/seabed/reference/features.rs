@@ -2,6 +2,7 @@
 //!
 //! What the text leaves open and what was chosen is listed in `docs/seabed.md`.
 
+use crate::math;
 use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
@@ -235,7 +236,7 @@ fn corrected(nominal: &Values, found: &Overall) -> Values {
 }
 
 fn course(degrees: f64) -> Vector2<f64> {
-    let (east, north) = degrees.to_radians().sin_cos();
+    let (east, north) = math::sin_cos(degrees.to_radians());
     Vector2::new(east, north)
 }
 
@@ -380,10 +381,10 @@ fn side_of(
     let abeam = point_m.xy() - right * across_m;
     Side {
         transducer_m: Vector3::new(abeam.y, abeam.x, -transducer_m.z),
-        heading_rad: forward.x.atan2(forward.y),
+        heading_rad: math::atan2(forward.x, forward.y),
         speed_m_s: forward.dot(&velocity_m_s.xy()),
-        beam_rad: across_m.atan2(depth_m),
-        range_m: across_m.hypot(depth_m),
+        beam_rad: math::atan2(across_m, depth_m),
+        range_m: math::hypot(across_m, depth_m),
     }
 }
 
@@ -403,7 +404,8 @@ mod tests {
         let mut twins: Vec<Twin> = (0..30)
             .map(|k| twin(k, shift + Vector3::repeat(wobble(k))))
             .collect();
-        let wrong = |k: usize| Vector3::new(5.0 * (k as f64).sin(), 9.0 * (k as f64).cos(), 0.0);
+        let wrong =
+            |k: usize| Vector3::new(5.0 * math::sin(k as f64), 9.0 * math::cos(k as f64), 0.0);
         twins.extend((30..90).map(|k| twin(k, wrong(k))));
         let agreed = agreeing(&twins, 0.6);
         let right = agreed.iter().filter(|t| t[0].1 < 30).count();

@@ -5,6 +5,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::math;
 use crate::stats::mad_sigma;
 
 /// How heights become grey.
@@ -29,7 +30,7 @@ const HOLE_GREY: f32 = 128.0;
 #[must_use]
 pub fn cell_side_m(along_m: f64, depth_m: f64, swath_rad: f64, beams: u32) -> f64 {
     let (at, step) = (swath_rad / 3.0, swath_rad / f64::from(beams.max(1)));
-    let across_m = depth_m * ((at + step).tan() - at.tan());
+    let across_m = depth_m * (math::tan(at + step) - math::tan(at));
     0.5 * (along_m + across_m)
 }
 
@@ -304,7 +305,7 @@ mod tests {
 
     #[test]
     fn a_hole_gives_no_point_and_the_middle_grey() {
-        let open = |p: &Vector3<f64>| (p.x - 105.0).hypot(p.y - 45.0) > 1.5;
+        let open = |p: &Vector3<f64>| math::hypot(p.x - 105.0, p.y - 45.0) > 1.5;
         let points: Vec<_> = plane().into_iter().filter(open).collect();
         let image = Image::new(&points, 0.2, Vector2::y()).expect("an image");
         let (column, row) = (25.0, 24.0);
@@ -319,7 +320,7 @@ mod tests {
     fn relief_shows_what_the_range_of_depths_hides() {
         let rippled = |k: usize| {
             let (x, y) = ((k % 120) as f64 * 0.2, (k / 120) as f64 * 0.2);
-            Vector3::new(x, y, -14.0 + 0.2 * x + 0.03 * (3.0 * y).sin())
+            Vector3::new(x, y, -14.0 + 0.2 * x + 0.03 * math::sin(3.0 * y))
         };
         let points: Vec<_> = (0..14400).map(rippled).collect();
         let image = Image::new(&points, 0.2, Vector2::y()).expect("an image");

@@ -4,6 +4,7 @@
 //! transducer. Of the coefficients printed under (8) all but one agree with the model by differences; a13 must be
 //! `y2 cos k2 - y1 cos k1`, the print has the other sign.
 
+use crate::math;
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
 
 /// One side of a matched point: what one line measured of it.
@@ -41,17 +42,20 @@ impl Side {
     fn across_and_depth(&self, at: &Overall) -> (f64, f64) {
         let range_m = self.range_m * (1.0 + at.scale);
         let beam = self.beam_rad + at.roll_rad;
-        (range_m * beam.sin(), range_m * beam.cos())
+        (range_m * math::sin(beam), range_m * math::cos(beam))
     }
 
     /// The point, north, east, down (1): turned by heading and the small pitch, moved back by the latency.
     pub(super) fn point_m(&self, at: &Overall) -> Vector3<f64> {
         let (across_m, depth_m) = self.across_and_depth(at);
-        let (sine, cosine) = (self.heading_rad + at.heading_rad).sin_cos();
+        let (sine, cosine) = math::sin_cos(self.heading_rad + at.heading_rad);
         // a bow-up pitch swings the beam forward
-        let (forward_m, down_m) = (depth_m * at.pitch_rad.sin(), depth_m * at.pitch_rad.cos());
+        let (forward_m, down_m) = (
+            depth_m * math::sin(at.pitch_rad),
+            depth_m * math::cos(at.pitch_rad),
+        );
         let late = self.speed_m_s * at.latency_s;
-        let (own_sine, own_cosine) = self.heading_rad.sin_cos();
+        let (own_sine, own_cosine) = math::sin_cos(self.heading_rad);
         self.transducer_m
             + Vector3::new(
                 cosine * forward_m - sine * across_m + late * own_cosine,
@@ -63,8 +67,8 @@ impl Side {
     /// Columns of (5): how the point moves with roll, pitch, heading, latency, scale.
     fn columns(&self, at: &Overall) -> SMatrix<f64, 3, 5> {
         let (y, h) = self.across_and_depth(at);
-        let (s, c) = (self.heading_rad + at.heading_rad).sin_cos();
-        let (own_s, own_c) = self.heading_rad.sin_cos();
+        let (s, c) = math::sin_cos(self.heading_rad + at.heading_rad);
+        let (own_s, own_c) = math::sin_cos(self.heading_rad);
         let v = self.speed_m_s;
         SMatrix::from_columns(&[
             Vector3::new(-h * s, h * c, -y),
@@ -187,20 +191,20 @@ mod tests {
             // the transducer, the beam and the range with which the true values reach the point exactly
             for _ in 0..60 {
                 let off = point - side.point_m(truth);
-                let (sine, cosine) = heading.sin_cos();
+                let (sine, cosine) = math::sin_cos(heading);
                 let (along, across) =
                     (off.x * cosine + off.y * sine, off.y * cosine - off.x * sine);
                 side.transducer_m += Vector3::new(cosine, sine, 0.0) * along;
                 let (y, h) = side.across_and_depth(truth);
                 let (y, h) = (y + across, h + off.z);
-                side.range_m = y.hypot(h) / (1.0 + truth.scale);
-                side.beam_rad = y.atan2(h) - truth.roll_rad;
+                side.range_m = math::hypot(y, h) / (1.0 + truth.scale);
+                side.beam_rad = math::atan2(y, h) - truth.roll_rad;
             }
             side
         };
         let point = |k: usize| {
             let x = k as f64;
-            Vector3::new(3.0 * x, 8.0 * (1.7 * x).sin(), 14.0 + (0.9 * x).cos())
+            Vector3::new(3.0 * x, 8.0 * math::sin(1.7 * x), 14.0 + math::cos(0.9 * x))
         };
         let lines = [
             (0.0, 0.3, 2.0),
@@ -280,7 +284,7 @@ mod tests {
         };
         let by_differences = (difference(1e-6) - difference(-1e-6)) / 2e-6;
         let across = |s: &Side| s.across_and_depth(&Overall::default()).0;
-        let printed = across(&a) * a.heading_rad.cos() - across(&b) * b.heading_rad.cos();
+        let printed = across(&a) * math::cos(a.heading_rad) - across(&b) * math::cos(b.heading_rad);
         assert!((by_differences + printed).abs() < 1e-6);
         assert!(printed.abs() > 1.0);
     }

@@ -23,6 +23,7 @@ use super::super::states::States;
 use super::super::surface::{Surface, cell_side_m, least_cell_m, surfaces};
 use super::super::tiles::Cell;
 use super::config::ReferenceConfig;
+use crate::math;
 use crate::stats::median;
 
 /// The orders that Li 2019 lists.
@@ -220,7 +221,7 @@ impl<'a> Duel<'a> {
         };
         let soundings: [Vec<usize>; 2] = lines.map(of);
         let depth_m = scene.typical_depth_m();
-        let wide_m = 2.0 * depth_m * widest_rad.min(1.2).tan();
+        let wide_m = 2.0 * depth_m * math::tan(widest_rad.min(1.2));
         let areas_m2 = lines.map(|k| layout.tracks[k].length_m * wide_m);
         Self {
             scene,

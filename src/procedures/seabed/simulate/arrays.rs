@@ -6,6 +6,7 @@ use super::super::scene::{Arrays, Line};
 use super::super::survey::{SeabedScenario, TwoArrays};
 use super::bed::Seabed;
 use super::{Boat, Shot, area, normal, spoil, strike};
+use crate::math;
 use crate::stats::stream;
 
 /// What a beam is: whose line, when it is sent, where it looks.
@@ -90,7 +91,8 @@ fn heard(
         )
     };
     let (from, sender) = place(sent.time_s, &arrays.transmitter);
-    let ((sine, cosine), (across, down)) = (sent.tilt_rad.sin_cos(), sent.across_rad.sin_cos());
+    let ((sine, cosine), (across, down)) =
+        (math::sin_cos(sent.tilt_rad), math::sin_cos(sent.across_rad));
     let direction = sender * Vector3::new(cosine * across, sine, -cosine * down);
     let out_m = strike(bed, &from, &direction)?;
     let point = from + direction * out_m;
@@ -103,7 +105,7 @@ fn heard(
         length_m = out_m + back.norm();
         arrival = receiver.tr_mul(&back.normalize());
     }
-    Some((arrival.x.asin(), length_m))
+    Some((math::asin(arrival.x), length_m))
 }
 
 #[cfg(test)]

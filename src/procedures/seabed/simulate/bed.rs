@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector2;
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 use super::super::survey::scenario::Bed;
+use crate::math;
+use crate::stats::normal;
 use crate::stats::stream;
 
 /// Cosines that make up the relief.
@@ -42,14 +42,16 @@ impl Seabed {
     #[must_use]
     pub fn new(bed: &Bed, around: [Vector2<f64>; 2], seed: u64) -> Self {
         let fall = bed.azimuth_deg.to_radians();
-        let steep = bed.slope_deg.to_radians().tan();
+        let steep = math::tan(bed.slope_deg.to_radians());
         let mut draws = stream(seed, 1);
         let mut cosines: Vec<Cosine> = (0..COSINES)
             .map(|_| {
                 // wave numbers of a Matern 3/2 field: a normal vector over the root of a chi-square of 3 over 3
-                let normal = |d: &mut ChaCha8Rng| -> f64 { StandardNormal.sample(d) };
-                let spread = (0..3).map(|_| normal(&mut draws).powi(2)).sum::<f64>() / 3.0;
-                let wave = Vector2::new(normal(&mut draws), normal(&mut draws));
+                let spread = (0..3)
+                    .map(|_| normal::draw(&mut draws).powi(2))
+                    .sum::<f64>()
+                    / 3.0;
+                let wave = Vector2::new(normal::draw(&mut draws), normal::draw(&mut draws));
                 Cosine {
                     amplitude_m: bed.relief_m * (2.0 / COSINES as f64).sqrt(),
                     wave: wave / (spread.max(0.02).sqrt() * bed.length_m),
@@ -66,7 +68,7 @@ impl Seabed {
         Self {
             boulders: boulders(bed, around, seed),
             depth_m: bed.depth_m,
-            slope: Vector2::new(-steep * fall.sin(), -steep * fall.cos()),
+            slope: Vector2::new(-steep * math::sin(fall), -steep * math::cos(fall)),
             cosines,
         }
     }
@@ -77,7 +79,7 @@ impl Seabed {
         let relief: f64 = self
             .cosines
             .iter()
-            .map(|c| c.amplitude_m * (c.wave.dot(at) + c.phase).cos())
+            .map(|c| c.amplitude_m * math::cos(c.wave.dot(at) + c.phase))
             .sum();
         self.slope.dot(at) - self.depth_m + relief + self.boulder_m(at)
     }
@@ -91,7 +93,7 @@ impl Seabed {
         let near = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, y + j]));
         let all = near.filter_map(|place| self.boulders.get(&place)).flatten();
         let hump = |b: &Boulder| {
-            b.height_m * (-0.5 * (at - b.at).norm_squared() / (b.radius_m * b.radius_m)).exp()
+            b.height_m * math::exp(-0.5 * (at - b.at).norm_squared() / (b.radius_m * b.radius_m))
         };
         all.map(hump).sum()
     }

@@ -8,12 +8,13 @@ pub mod bed;
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use super::scene::{Arrays, Line};
 use super::survey::SeabedScenario;
 use crate::geometry::rotation;
+use crate::math;
+use crate::stats::normal::draw;
 use crate::stats::stream;
 use bed::Seabed;
 
@@ -220,7 +221,7 @@ impl Waves {
     }
 
     fn at(&self, time_s: f64) -> f64 {
-        let one = |[a, rate, phase]: &[f64; 3]| a * (rate * time_s + phase).sin();
+        let one = |[a, rate, phase]: &[f64; 3]| a * math::sin(rate * time_s + phase);
         self.0.iter().map(one).sum()
     }
 }
@@ -278,7 +279,7 @@ impl<'a> Boat<'a> {
         let from = Vector2::from(course.from_m);
         let way = Vector2::from(course.to_m) - from;
         let at = from + way * ((time_s - line.start_s) / (line.end_s - line.start_s));
-        let heading = way.x.atan2(way.y) + self.yaw.at(time_s);
+        let heading = math::atan2(way.x, way.y) + self.yaw.at(time_s);
         let height = self.scenario.site.water_level_m + self.heave.at(time_s);
         let rotation =
             rotation::from_attitude(self.roll.at(time_s), self.pitch.at(time_s), heading);
@@ -287,8 +288,7 @@ impl<'a> Boat<'a> {
 }
 
 fn normal(draws: &mut ChaCha8Rng, sigma: f64) -> f64 {
-    let unit: f64 = StandardNormal.sample(draws);
-    unit * sigma
+    draw(draws) * sigma
 }
 
 /// A Gauss-Markov error.
@@ -302,7 +302,7 @@ impl Drift {
     fn at(&mut self, time_s: f64, draws: &mut ChaCha8Rng) -> f64 {
         let fresh = normal(draws, self.sigma);
         let value = self.last.map_or(fresh, |(before_s, before)| {
-            let keep = (-(time_s - before_s) / self.correlation_s).exp();
+            let keep = math::exp(-(time_s - before_s) / self.correlation_s);
             keep * before + (1.0 - keep * keep).sqrt() * fresh
         });
         self.last = Some((time_s, value));
@@ -407,7 +407,7 @@ fn shots(
             for beam in 0..m.beams {
                 let part = f64::from(beam) / f64::from((m.beams - 1).max(1));
                 let across = (2.0 * part - 1.0) * m.half_swath_deg.to_radians();
-                let direction = sensor * Vector3::new(across.sin(), 0.0, -across.cos());
+                let direction = sensor * Vector3::new(math::sin(across), 0.0, -math::cos(across));
                 let Some(range_m) = strike(&bed, &transducer, &direction) else {
                     continue;
                 };

@@ -19,6 +19,7 @@ use crate::formats::recorder::{
 use crate::formats::{FormatError, kmall, kongsberg_all, whole};
 use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
 use crate::geometry::{Ecef, Point, Pose, Target, rotation};
+use crate::math;
 use crate::observe::{Mounting, SoundSpeedProfile};
 use crate::units::degrees;
 
@@ -388,6 +389,6 @@ fn forward_starboard_down(mounting: &Mounting) -> [f64; 6] {
 
 /// East, north, up into right, forward, up of a heading.
 fn turned(heading_rad: f64) -> Matrix3<f64> {
-    let (sin, cos) = heading_rad.sin_cos();
+    let (sin, cos) = math::sin_cos(heading_rad);
     Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
 }

@@ -8,6 +8,7 @@ use super::super::scene::Arrays;
 use super::file::{
     GROWTH, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE, SiteSection, TrajectorySection,
 };
+use crate::math;
 use crate::survey::document::Document;
 use crate::survey::limits::{ABOVE, DURATION, Limits, SPEED, TURN, limits};
 use crate::survey::problem::{Problem, SurveyError, none_of};
@@ -262,8 +263,9 @@ impl SeabedScenario {
     /// What speaks against simulating it, one sentence each.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
-        let length =
-            |line: &Course| (line.to_m[0] - line.from_m[0]).hypot(line.to_m[1] - line.from_m[1]);
+        let length = |line: &Course| {
+            math::hypot(line.to_m[0] - line.from_m[0], line.to_m[1] - line.from_m[1])
+        };
         let standing = |line: &&Course| !(length(line) > 0.0);
         let mut faults: Vec<String> = self
             .line

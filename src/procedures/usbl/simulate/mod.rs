@@ -12,6 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::rotation;
+use crate::math;
 use crate::observe::usbl::{
     AttitudeNoise, Beacon, ControlPoint, DatumSigma, FixNoise, Fixes, Role, UsblCampaign,
 };
@@ -181,7 +182,8 @@ fn layout(scenario: &Scenario) -> Vec<(String, Role, Vector3<f64>)> {
     if b.centre_to_corner_m > 0.0 {
         for k in 0..4 {
             let azimuth = (b.azimuth_deg + 90.0 * f64::from(k)).to_radians();
-            let corner = Vector3::new(azimuth.sin(), azimuth.cos(), 0.0) * b.centre_to_corner_m;
+            let corner =
+                Vector3::new(math::sin(azimuth), math::cos(azimuth), 0.0) * b.centre_to_corner_m;
             all.push((format!("B{}", k + 1), Role::Common, centre + corner));
         }
         all.push(("B5".to_owned(), Role::Check, centre));
@@ -218,7 +220,7 @@ fn truth(reality: &Reality, gross_fixes: Vec<u32>) -> Truth {
 fn at(model: &Oscillation, time_s: f64) -> f64 {
     let wave = |w: &Wave| {
         let phase = std::f64::consts::TAU * (time_s - START_S) / w.period_s;
-        w.amplitude * (phase + w.phase_deg.to_radians()).sin()
+        w.amplitude * math::sin(phase + w.phase_deg.to_radians())
     };
     (model.mean + model.wave.iter().map(wave).sum::<f64>()).to_radians()
 }
@@ -322,14 +324,14 @@ fn fix_noise(scenario: &Scenario) -> FixNoise {
 
 /// Launch direction in the level frame and one-way time of the ray to a place seen from the transducer.
 fn ray(scenario: &Scenario, reality: &Reality, way_m: &Vector3<f64>) -> (Vector3<f64>, f64) {
-    let horizontal_m = way_m.x.hypot(way_m.y);
+    let horizontal_m = math::hypot(way_m.x, way_m.y);
     let found = water::arrival(
         &reality.water,
         scenario.transducer.depth_m,
         horizontal_m,
         -way_m.z,
     );
-    let (sine, cosine) = found.angle_rad.sin_cos();
+    let (sine, cosine) = math::sin_cos(found.angle_rad);
     let outward = if horizontal_m > 0.0 {
         Vector3::new(way_m.x, way_m.y, 0.0) / horizontal_m
     } else {

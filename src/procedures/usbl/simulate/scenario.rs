@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::sources::Sources;
 use crate::geometry::Ellipsoid;
+use crate::math;
 use crate::observe::usbl::AngleModel;
 use crate::simulate::motion::Oscillation;
 use crate::simulate::scenario::{Angles, Origin, Turn};
@@ -351,7 +352,7 @@ impl Beacons {
                 -depth_m,
                 11_000.0,
             );
-            let range_m = east.hypot(north).hypot(up);
+            let range_m = math::hypot(math::hypot(east, north), up);
             faults.range(&format!("{key} (distance)"), range_m, 1e-3, 12_000.0);
         }
         if side_m == 0.0 && self.beacon.is_empty() {

@@ -1,5 +1,6 @@
 //! Bent rays by integrating the ray equation, so that nothing is shared with the calibration's closed form.
 
+use crate::math;
 use crate::observe::SoundSpeedProfile;
 
 /// Steps of the fourth-order Runge-Kutta method along a ray.
@@ -20,7 +21,7 @@ type State = [f64; 3];
 /// `dx/dt = c sin a`, `dz/dt = c cos a`, `da/dt = c' sin a` (Snell's law differentiated).
 fn rate(water: &SoundSpeedProfile, state: &State) -> State {
     let (speed, gradient) = speed_and_gradient(water, state[1]);
-    let (sine, cosine) = state[2].sin_cos();
+    let (sine, cosine) = math::sin_cos(state[2]);
     [speed * sine, speed * cosine, gradient * sine]
 }
 
@@ -48,10 +49,10 @@ pub(super) fn arrival(
     horizontal_m: f64,
     descent_m: f64,
 ) -> Arrival {
-    let range_m = horizontal_m.hypot(descent_m);
+    let range_m = math::hypot(horizontal_m, descent_m);
     let (speed, _) = speed_and_gradient(water, depth_m);
     let mut aim = Arrival {
-        angle_rad: horizontal_m.atan2(descent_m),
+        angle_rad: math::atan2(horizontal_m, descent_m),
         time_s: range_m / speed,
     };
     let (along_x, along_z) = (horizontal_m / range_m, descent_m / range_m);
@@ -60,7 +61,7 @@ pub(super) fn arrival(
         let miss = (horizontal_m - end[0], depth_m + descent_m - end[1]);
         aim.angle_rad += (miss.0 * along_z - miss.1 * along_x) / range_m;
         aim.time_s *= 1.0 + (miss.0 * along_x + miss.1 * along_z) / range_m;
-        if miss.0.hypot(miss.1) < 1e-12 * range_m {
+        if math::hypot(miss.0, miss.1) < 1e-12 * range_m {
             break;
         }
     }
