@@ -7,11 +7,27 @@ from typing import Any, Final, final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = [
+    "Campaign",
+    "Finished",
+    "Survey",
+    "VERSION",
+    "budget",
+    "cli",
+    "demo_scenario",
+    "numerics",
+    "panic_for_tests",
+    "plan",
+    "read_target",
+    "simulate",
+]
+
 _Progress = Callable[[str, int, int], object]
 
 VERSION: Final[str]
 
 def cli(arguments: Sequence[str]) -> int: ...
+def numerics() -> str: ...
 def demo_scenario(procedure: str) -> str: ...
 def read_target(path: str | PathLike[str]) -> str: ...
 def panic_for_tests(message: str) -> None: ...

@@ -40,7 +40,7 @@ def records(recipe: Recipe, cell: int, first: int, count: int) -> bytes:
 
 def fingerprint() -> str:
     """What must be the same on all machines for the numbers to be the same."""
-    return str(getattr(_core, "NUMERICS", _core.VERSION))
+    return f"version {_core.VERSION}, numerics {_core.numerics()}"
 
 
 def _agreed(client: Client) -> None:

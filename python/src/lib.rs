@@ -40,6 +40,12 @@ fn demo_scenario(py: Python<'_>, procedure: &str) -> PyResult<String> {
     }
 }
 
+/// Digest of the arithmetic: machines on which it is equal make equal numbers.
+#[pyfunction]
+fn numerics() -> &'static str {
+    boresight::adjust::fingerprint()
+}
+
 #[pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
@@ -53,7 +59,7 @@ mod _core {
     #[pymodule_export]
     use super::work::panic_for_tests;
     #[pymodule_export]
-    use super::{cli, demo_scenario};
+    use super::{cli, demo_scenario, numerics};
 
     /// Version of the library.
     #[pymodule_export]
