@@ -99,7 +99,7 @@ def budget(
     survey = what if isinstance(what, Survey) else None
     file, text = ("survey", None) if isinstance(what, Survey) else scenario_file(what)
     depths = None if depths_m is None else [float(d) for d in depths_m]
-    core = None if survey is None else survey._core
+    core = None if survey is None else survey._handle
     return Budget(_core.budget(file, text, core, depths, seed, progress=told(progress)))
 
 
@@ -169,12 +169,12 @@ def plan(
             faults.append(Fault("plan", f"wanted[{name!r}]", str(value), "a number above 0"))
         else:
             values[name] = float(value)
-    for name, numbers, fits, expected in (
-        ("distances_m", distances_m, lambda v: v > 0, "numbers above 0"),
-        ("speeds_m_s", speeds_m_s, lambda v: v > 0, "numbers above 0"),
-        ("crabs_deg", crabs_deg, lambda v: abs(v) < 90, "degrees between -90 and 90"),
+    for name, numbers, between, expected in (
+        ("distances_m", distances_m, (0.0, math.inf), "numbers above 0"),
+        ("speeds_m_s", speeds_m_s, (0.0, math.inf), "numbers above 0"),
+        ("crabs_deg", crabs_deg, (-90.0, 90.0), "degrees between -90 and 90"),
     ):
-        wrong = [v for v in numbers if not (math.isfinite(v) and fits(v))]
+        wrong = [v for v in numbers if not between[0] < v < between[1]]
         if wrong:
             faults.append(Fault("plan", name, str(wrong[0]), expected))
     if smallest not in ("volume", "variances"):

@@ -56,17 +56,17 @@ class Campaign:
             raise InputError.of(faults)
         #: what another process makes the same campaign from
         self._recipe = (file, text, self.trials, self.single, tuple((k, tuple(v)) for k, v in self.vary.items()), self.seed)
-        self._core = make(self._recipe)
+        self._handle = make(self._recipe)
 
     @property
     def scenario(self) -> str:
         """The scenario's name."""
-        return self._core.scenario
+        return self._handle.scenario
 
     @property
     def cells(self) -> dict[str, int]:
         """Names of the cells with their numbers of trials."""
-        return {name: trials for name, _, trials, _ in self._core.cells()}
+        return {name: trials for name, _, trials, _ in self._handle.cells()}
 
     def run(
         self,
@@ -85,13 +85,13 @@ class Campaign:
         ended; with ``resume=False`` an old one is refused. :exc:`LedgerError` for ledgers of anything else.
         """
         where = pathlib.Path(fspath(folder))
-        done = self._core.prepare(fspath(where), resume)
+        done = self._handle.prepare(fspath(where), resume)
         if client is None:
-            self._core.run(fspath(where), done, threads=threads, progress=told(progress))
+            self._handle.run(fspath(where), done, threads=threads, progress=told(progress))
         else:
             from ._dask import run
 
-            run(self._core, self._recipe, where, done, client, chunk, progress)
+            run(self._handle, self._recipe, where, done, client, chunk, progress)
         return read_trials(where)
 
     def summary(
@@ -108,7 +108,7 @@ class Campaign:
         """
         depths = None if depths_m is None else [float(d) for d in depths_m]
         into = None if out is None else fspath(out)
-        found = self._core.summed(fspath(folder), depths, self._command(), out=into, progress=told(progress))
+        found = self._handle.summed(fspath(folder), depths, self._command(), out=into, progress=told(progress))
         keys: dict[str, Any] = json.loads(found)
         return keys
 

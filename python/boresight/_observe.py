@@ -254,9 +254,9 @@ class Soundings:
             faults.append(Fault("soundings", "range_m and travel_time_s", what, "one of them"))
         for name, value in given.items():
             found[name] = column("soundings", name, value, faults)
-        for name, value in {"ping": ping, "beam": beam}.items():
-            if value is not None:
-                found[name] = numbers("soundings", name, value, faults)
+        for name, counted in {"ping": ping, "beam": beam}.items():
+            if counted is not None:
+                found[name] = numbers("soundings", name, counted, faults)
         same_length("soundings", found, faults)
         _raise(faults)
         own_ping, own_beam = _numbered(np.asarray(found["time_s"], dtype=np.float64))

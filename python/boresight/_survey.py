@@ -55,7 +55,7 @@ class Survey:
     :exc:`InputError`.
     """
 
-    _core: _core.Survey
+    _handle: _core.Survey
     _truth: str | None
 
     def __init__(
@@ -87,38 +87,38 @@ class Survey:
             made = _core.Survey.from_arrays(json.dumps(keys), json.dumps(dict(target.keys)), columns)
         except InputError as error:
             raise _of_arguments(error) from None
-        self._core, self._truth = made, None
+        self._handle, self._truth = made, None
 
     @classmethod
     def _of(cls, core: _core.Survey, truth: str | None = None) -> Survey:
         made = cls.__new__(cls)
-        made._core, made._truth = core, truth
+        made._handle, made._truth = core, truth
         return made
 
     @property
     def name(self) -> str:
         """Its name."""
-        return self._core.name
+        return self._handle.name
 
     @property
     def procedure(self) -> str:
         """``pool``, ``usbl``, ``rail`` or ``seabed``."""
-        return self._core.procedure
+        return self._handle.procedure
 
     @property
     def inputs(self) -> dict[str, str]:
         """SHA-256 of every file that was read, the survey file first; empty for a survey from arrays."""
-        return dict(self._core.inputs)
+        return dict(self._handle.inputs)
 
     @cached_property
     def config(self) -> dict[str, Any]:
         """The survey file with every default filled in."""
-        found: dict[str, Any] = json.loads(self._core.configuration())
+        found: dict[str, Any] = json.loads(self._handle.configuration())
         return found
 
     @cached_property
     def _arrays(self) -> dict[str, Any]:
-        found = self._core.columns()
+        found = self._handle.columns()
         if found is None:
             raise BoresightError(f"a {self.procedure} survey shows no arrays; those of a pool survey can be had")
         for value in found.values():
@@ -167,7 +167,7 @@ class Survey:
     @cached_property
     def target(self) -> Target:
         """The target of a pool survey."""
-        text = self._core.target()
+        text = self._handle.target()
         if text is None:
             raise BoresightError(f"a {self.procedure} survey shows no target; that of a pool survey can be had")
         return Target(json.loads(text))
@@ -369,7 +369,7 @@ def check(
     progress: ProgressCallback | None = None,
 ) -> Preview:
     """Says what a survey holds and what its geometry determines; solves nothing."""
-    text, keys, determined = _read(survey)._core.check(seed=seed, threads=threads, progress=told(progress))
+    text, keys, determined = _read(survey)._handle.check(seed=seed, threads=threads, progress=told(progress))
     return Preview(text, json.loads(keys), determined)
 
 
@@ -389,7 +389,7 @@ def calibrate(
     a setting that the procedure has no use for.
     """
     read = _read(survey)
-    found = read._core.calibrate(
+    found = read._handle.calibrate(
         method, seed=seed, simple=simple, truth=read._truth, threads=threads, progress=told(progress)
     )
     return Result(found)
@@ -472,7 +472,7 @@ def georeference(
     if len(chosen) and chosen.step < 0:
         raise InputError.of([Fault("georeference", "rows", f"a step of {chosen.step}", "a step of 1 or more")])
     model = None if result is None else _model(result)
-    return survey._core.georeference(sensor, model, chosen.start, chosen.step, len(chosen), threads=threads)
+    return survey._handle.georeference(sensor, model, chosen.start, chosen.step, len(chosen), threads=threads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -505,7 +505,7 @@ def cloud(
 
     :exc:`InputError` for a survey whose sensors give no points. ``boresight apply`` writes the same points as LAS or LAZ.
     """
-    found = survey._core.cloud(_model(result), threads=threads, progress=told(progress))
+    found = survey._handle.cloud(_model(result), threads=threads, progress=told(progress))
     if found is None:
         expected = "a pool or seabed survey"
         raise InputError.of([Fault("cloud", "survey", f"a {survey.procedure} survey, whose sensors give no points", expected)])

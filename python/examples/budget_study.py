@@ -11,12 +11,12 @@ trials = campaign.run("heading", progress=bs.bar())  # run again = go on
 
 # %% the errors as a grid: sigma of the heading, seed, path, parameter
 grid = trials.to_xarray()
-rms = np.degrees(np.sqrt((grid["error"] ** 2).mean("seed"))).sel(parameter="yaw")
+rms = (180 / np.pi) * ((grid["error"] ** 2).mean("seed") ** 0.5).sel(parameter="yaw")
 print()
 print(rms.to_pandas().round(4))
 
 # %% are the reported sigmas right? 1 where they are
-pulls = (grid["error"].sel(path="joint") / np.sqrt(grid["variance"])).std("seed")
+pulls = (grid["error"].sel(path="joint") / grid["variance"] ** 0.5).std("seed")
 print(pulls.to_pandas().round(2))
 
 # %%

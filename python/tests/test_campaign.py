@@ -25,15 +25,15 @@ def ledgers(folder: pathlib.Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def by_command(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
-    """What the command makes: 30 trials, 4 of each source alone, at two values of a key."""
+    """What the command makes: 12 trials, 2 of each source alone, at two values of a key."""
     folder = tmp_path_factory.mktemp("command")
     vary = [w for k, v in VARY.items() for w in ("--vary", f"{k}={','.join(map(str, v))}")]
-    command("budget", THIN["usbl"], "--trials", 30, "--single", 4, "--seed", 5, *vary, "--out", folder)
+    command("budget", THIN["usbl"], "--trials", 12, "--single", 2, "--seed", 5, *vary, "--out", folder)
     return folder
 
 
 def campaign() -> bs.Campaign:
-    return bs.Campaign(THIN["usbl"], 30, single=4, seed=5, vary=VARY)
+    return bs.Campaign(THIN["usbl"], 12, single=2, seed=5, vary=VARY)
 
 
 @pytest.mark.parametrize("threads", [1, 2, None])
@@ -47,7 +47,7 @@ def test_the_ledgers_are_the_command_s(threads: int | None, by_command: pathlib.
 
 def test_the_budget_of_the_ledgers_is_the_command_s(by_command: pathlib.Path, tmp_path: pathlib.Path) -> None:
     found = campaign().summary(by_command / "trials", out=tmp_path)
-    assert found["trials"] == 30
+    assert found["trials"] == 12
     for file in ("result.json", "budget.csv", "sweep.csv", "report.html"):
         assert (tmp_path / file).read_bytes() == (by_command / file).read_bytes(), file
 
@@ -60,7 +60,7 @@ def test_a_pool_s_ledgers_are_the_command_s(tmp_path: pathlib.Path) -> None:
 
 @pytest.mark.parametrize("chunk", [1, 4, 7, 100])
 def test_records_of_seeds_make_the_same_ledger(chunk: int, by_command: pathlib.Path) -> None:
-    core = campaign()._core
+    core = campaign()._handle
     for cell, (_, file, count, _) in enumerate(core.cells()):
         if file not in ("together.csv", "nothing.csv"):
             continue
@@ -88,18 +88,18 @@ def test_a_run_goes_on_where_it_ended(by_command: pathlib.Path, tmp_path: pathli
     campaign().run(folder)
     assert ledgers(folder) == ledgers(by_command / "trials")
     # fewer trials than there are: nothing is run, nothing is lost
-    assert bs.Campaign(THIN["usbl"], 3, single=4, seed=5, vary=VARY).run(folder).cells.keys() == bs.read_trials(folder).cells.keys()
+    assert bs.Campaign(THIN["usbl"], 3, single=2, seed=5, vary=VARY).run(folder).cells.keys() == bs.read_trials(folder).cells.keys()
     assert ledgers(folder) == ledgers(by_command / "trials")
 
 
 def test_trials_of_something_else_are_refused(by_command: pathlib.Path) -> None:
     before = ledgers(by_command / "trials")
     with pytest.raises(bs.LedgerError, match="trials are of another first seed: found 5, expected 6"):
-        bs.Campaign(THIN["usbl"], 30, seed=6).run(by_command / "trials")
+        bs.Campaign(THIN["usbl"], 12, seed=6).run(by_command / "trials")
     text = THIN["usbl"].read_text()
     other = text.replace('name = "', 'name = "other ')
     with pytest.raises(bs.LedgerError, match="another scenario"):
-        bs.Campaign(other, 30, seed=5).run(by_command / "trials")
+        bs.Campaign(other, 12, seed=5).run(by_command / "trials")
     assert ledgers(by_command / "trials") == before
 
 
@@ -108,7 +108,7 @@ def test_trials_of_another_arithmetic_are_refused(by_command: pathlib.Path, tmp_
     own = bs._core.numerics()
     assert own in text
     (tmp_path / "together.csv").write_text(text.replace(own, "0" * 64))
-    with pytest.raises(bs.LedgerError, match="expected " + own):
+    with pytest.raises(bs.LedgerError, match=r"the last digits come out otherwise \(numerics 000000000000, here " + own[:12]):
         bs.Campaign(THIN["usbl"], 40, seed=5).run(tmp_path)
 
 
@@ -129,8 +129,8 @@ def test_impossible_campaigns_are_refused() -> None:
 def test_trials_are_tables(by_command: pathlib.Path) -> None:
     trials = bs.read_trials(by_command)
     together = trials["together"]
-    assert len(together) == 30 and together.seeds.tolist() == list(range(5, 35))
-    assert trials.paths[0] == "joint" and together.errors.shape == (30, len(trials.paths), len(trials.parameters))
+    assert len(together) == 12 and together.seeds.tolist() == list(range(5, 17))
+    assert trials.paths[0] == "joint" and together.errors.shape == (12, len(trials.paths), len(trials.parameters))
     # against the budget that the library makes of the same ledgers
     joint = next(p for p in campaign().summary(by_command / "trials")["paths"] if p["path"] == "joint")["together"]
     mine = trials.summary()["joint"]
@@ -153,7 +153,7 @@ def test_a_sweep_is_a_grid(by_command: pathlib.Path) -> None:
     for value in values:
         cell = trials[f"vary-{key}={value}"]
         assert np.array_equal(grid["error"].sel({key: value}).values, cell.errors, equal_nan=True)
-    rms = np.sqrt((grid["error"].sel(path="joint") ** 2).mean("seed"))
+    rms = (grid["error"].sel(path="joint") ** 2).mean("seed") ** 0.5
     assert bool((rms.isel({key: 1}) > rms.isel({key: 0})).any())
     alone = trials.to_xarray("together")
     assert alone["error"].dims == ("seed", "path", "parameter")
@@ -165,7 +165,7 @@ def test_a_sweep_is_a_grid(by_command: pathlib.Path) -> None:
 def test_a_campaign_survives_pickling() -> None:
     one = campaign()
     again = pickle.loads(pickle.dumps(one))
-    assert again.cells == one.cells and again._core.cells() == one._core.cells()
+    assert again.cells == one.cells and again._handle.cells() == one._handle.cells()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills processes")
@@ -173,7 +173,7 @@ def test_a_killed_run_loses_no_whole_trial(by_command: pathlib.Path, tmp_path: p
     """The process that runs a campaign is killed at random moments, again and again."""
     text = (
         "import boresight as bs, sys\n"
-        f"bs.Campaign({str(THIN['usbl'])!r}, 30, single=4, seed=5, vary={VARY!r}).run(sys.argv[1], threads=1)\n"
+        f"bs.Campaign({str(THIN['usbl'])!r}, 12, single=2, seed=5, vary={VARY!r}).run(sys.argv[1], threads=1)\n"
     )
     chance = random.Random(16)
     before, kills = 0, 0

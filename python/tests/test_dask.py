@@ -37,7 +37,7 @@ def cluster(workers: int, threads: int) -> Iterator[Any]:
 @pytest.fixture(scope="module")
 def by_command(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     folder = tmp_path_factory.mktemp("command")
-    command("budget", THIN["usbl"], "--trials", 40, "--single", 3, *vary_words(), "--out", folder)
+    command("budget", THIN["usbl"], "--trials", 16, "--single", 2, *vary_words(), "--out", folder)
     return folder / "trials"
 
 
@@ -46,7 +46,7 @@ def vary_words() -> list[str]:
 
 
 def campaign() -> bs.Campaign:
-    return bs.Campaign(THIN["usbl"], 40, single=3, vary=VARY)
+    return bs.Campaign(THIN["usbl"], 16, single=2, vary=VARY)
 
 
 @pytest.mark.parametrize(("workers", "threads", "chunk"), [(1, 2, 7), (2, 1, 3)])
@@ -92,7 +92,7 @@ def test_a_killed_coordinator_is_gone_on_with(by_command: pathlib.Path, tmp_path
         if __name__ == "__main__":
             with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as local:
                 with Client(local) as client:
-                    c = bs.Campaign({str(THIN["usbl"])!r}, 40, single=3, vary={VARY!r})
+                    c = bs.Campaign({str(THIN['usbl'])!r}, 16, single=2, vary={VARY!r})
                     c.run(sys.argv[1], client=client, chunk=2, progress=lambda p: print(p.done, flush=True))
         """
     )
@@ -106,7 +106,7 @@ def test_a_killed_coordinator_is_gone_on_with(by_command: pathlib.Path, tmp_path
     whole = ledgers(by_command)
     kept = ledgers(tmp_path)
     assert kept and all(whole[name].startswith(b) for name, b in kept.items()) and kept != whole
-    half = bs.Campaign(THIN["usbl"], 40, single=3, vary=VARY)
+    half = bs.Campaign(THIN["usbl"], 16, single=2, vary=VARY)
 
     def enough(progress: bs.Progress) -> None:
         if progress.done > 60:

@@ -29,10 +29,11 @@ def run(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_package_tests_and_examples_are_strictly_typed(tmp_path: pathlib.Path) -> None:
-    package = str(pathlib.Path(bs.__file__).parent)
-    words = ["mypy", "--strict", "--cache-dir", str(tmp_path), package, str(PYTHON / "tests")]
-    ended = run(*words, *map(str, sorted((PYTHON / "examples").glob("*.py"))))
+@pytest.mark.parametrize("what", ["package", "tests and examples"])
+def test_everything_is_strictly_typed(what: str, tmp_path: pathlib.Path) -> None:
+    strict = ["mypy", "--strict", "--config-file", str(PYTHON / "pyproject.toml"), "--cache-dir", str(tmp_path)]
+    files = [*sorted((PYTHON / "tests").glob("*.py")), *sorted((PYTHON / "examples").glob("*.py"))]
+    ended = run(*strict, *(["--package", "boresight"] if what == "package" else map(str, files)))
     assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
