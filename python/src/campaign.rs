@@ -149,8 +149,10 @@ impl Campaign {
         let lines = run(py, threads, None, move |caller| {
             plan.with(|experiment| {
                 let cell = experiment.cells.get(cell).ok_or(Failure::Stopped)?;
+                let begin = experiment.first_seed + first;
+                let seeds = begin..begin + count;
                 experiment
-                    .records(cell, first, count, caller.stop)
+                    .records(cell, seeds, caller.stop)
                     .ok_or(Failure::Stopped)
             })
         })?;

@@ -4,9 +4,12 @@
 //! ledger holds the first seeds without a gap. Which thread ran a trial leaves no trace.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
 use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
 
 use super::ledger::{self, Columns, Header, Ledger, LedgerError, Records};
 use crate::calibrate::tried::{Acting, Trial, Tried};
@@ -220,26 +223,25 @@ impl<'a> Experiment<'a> {
         })
     }
 
-    /// The lines of a cell's ledger for some seeds, from the `first`-th of the cell (counted from 0), run one after another on the
-    /// current thread: a function of header and seeds and of nothing else, so that another process or machine may run them.
-    /// No further trial is begun once `stop` is set; `None` then.
+    /// A trial as its line of a ledger, with the line end.
     #[must_use]
-    pub fn records(
-        &self,
-        cell: &Cell,
-        first: u64,
-        count: u64,
-        stop: &AtomicBool,
-    ) -> Option<Vec<u8>> {
-        let (tried, columns) = (self.tried_in(cell), Columns::of(self.tried));
-        let mut lines = vec![];
-        for seed in self.first_seed + first..self.first_seed + first + count {
-            if stop.load(SeqCst) {
-                return None;
-            }
-            lines.extend(columns.line(&tried.trial(seed, cell.role.acting())));
-        }
-        Some(lines)
+    pub fn line(&self, trial: &Trial) -> Vec<u8> {
+        Columns::of(self.tried).line(trial)
+    }
+
+    /// The lines of a cell's ledger for these seeds, whether or not the experiment has them: simulated and calibrated on the threads of
+    /// the current pool, in the order of seeds, each with its line end. They hang on [`Self::header`] and the seeds alone, so that
+    /// another process may make them. `None` once `stop` is set.
+    #[must_use]
+    pub fn records(&self, cell: &Cell, seeds: Range<u64>, stop: &AtomicBool) -> Option<Vec<u8>> {
+        let (tried, acting) = (self.tried_in(cell), cell.role.acting());
+        let columns = Columns::of(self.tried);
+        let line = |seed: u64| match stop.load(SeqCst) {
+            true => None,
+            false => Some(columns.line(&tried.trial(seed, acting))),
+        };
+        let lines: Option<Vec<Vec<u8>>> = seeds.into_par_iter().map(line).collect();
+        lines.map(|lines| lines.concat())
     }
 
     /// The trials of a cell, in the order of seeds, no more than wanted.
@@ -370,6 +372,30 @@ mod tests {
                 None
             ]
         );
+    }
+
+    /// Lines that several calls made are those of a run, in every cell.
+    #[test]
+    fn records_are_the_lines_of_a_ledger() {
+        let toy = Toy::default();
+        let experiment = Experiment::new(&toy, 10, 7, 5);
+        let folder = tempfile::tempdir().expect("folder");
+        let done = experiment.prepare(folder.path(), false).expect("ledgers");
+        let stop = AtomicBool::new(false);
+        let ended = experiment.run(folder.path(), &done, &stop, &|_| {});
+        assert_eq!(ended.expect("a run"), Ended::Complete);
+        for cell in &experiment.cells {
+            let mut bytes = experiment.header(cell).text().into_bytes();
+            let end = 10 + cell.trials;
+            for seeds in [10..end.min(13), end.min(13)..end] {
+                bytes.extend(experiment.records(cell, seeds, &stop).expect("lines"));
+            }
+            let ledger = std::fs::read(ledger_of(folder.path(), cell)).expect("bytes");
+            assert_eq!(bytes, ledger, "{}", cell.name);
+        }
+        stop.store(true, SeqCst);
+        let none = experiment.records(&experiment.cells[0], 10..12, &stop);
+        assert_eq!(none, None);
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! | [`budget`] | the whole: trials, propagation, swath, as a result |
 //! | [`experiment`] | which trials are run, on all cores, interrupted and continued |
 //! | [`ledger`] | the file of trials |
+//! | [`join`] | ledgers of parts joined into those of one run |
 //! | [`statistics`] | what the trials say of each path |
 //! | [`interaction`] | what the sources do to each other |
 //! | [`summary`] | the trials as `result.json` |
@@ -15,6 +16,7 @@
 pub mod covariances;
 pub mod experiment;
 pub mod interaction;
+pub mod join;
 pub mod ledger;
 pub mod predicted;
 pub mod statistics;

@@ -90,6 +90,16 @@ EXAMPLES
     boresight budget scenario.toml --trials 10000 --out big
     boresight budget scenario.toml --trials 10000 --out big --resume
 
+  On a cluster, 20 parts of 500 trials as an array job of Slurm (no seed twice):
+    #SBATCH --array=0-19
+    ID=$SLURM_ARRAY_TASK_ID
+    boresight budget scenario.toml --trials 500 --seed $((1 + 500 * ID)) \
+      --only-trials --out part-$ID
+  and then, on any one machine, what a single run of 10000 would have given:
+    boresight budget scenario.toml --join part-* --out all
+  Parts take the same --vary as the joining; --single as large as --trials in
+  every part, or in the part of the first seeds alone.
+
 KEYS OF --vary
   A dotted path in the scenario file, in its units:
     trajectory.position_drift_sigma_m, multibeam.beams,
@@ -536,8 +546,14 @@ pub struct Budget {
     #[arg(long, value_name = "M,...", value_delimiter = ',', value_parser = positive, default_values_t = crate::budget::DEPTHS_M)]
     pub depth: Vec<f64>,
     /// Continue with the trials that are in the folder
-    #[arg(long, requires = "trials")]
+    #[arg(long, requires = "trials", conflicts_with = "join")]
     pub resume: bool,
+    /// Run the trials of these seeds and keep them in OUT/trials, without tables and report: one part of many
+    #[arg(long, requires = "trials", conflicts_with = "join")]
+    pub only_trials: bool,
+    /// Join the trials of such parts: the ledgers, tables and report of one run; --trials and --single check how many there are
+    #[arg(long, value_name = "PART", num_args = 1.., value_hint = ValueHint::DirPath)]
+    pub join: Vec<PathBuf>,
     /// Folder to write into [default: named after the scenario, with -budget]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,

@@ -10,7 +10,8 @@ use super::demo::demo_or;
 use super::error::CliError;
 use super::out::tried as writable;
 use super::talk::Talk;
-use crate::budget::experiment::{Ended, Experiment};
+use crate::budget::experiment::{Ended, Experiment, Role};
+use crate::budget::join::{Joined, TRIALS};
 use crate::budget::{DEPTHS_M, budget, propagated_sweep};
 use crate::calibrate::seam::Settings;
 use crate::calibrate::tried::{Tried, name_of};
@@ -20,9 +21,6 @@ use crate::procedures;
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetResult, JOINT};
 use crate::survey::is_survey;
-
-/// Subfolder of the ledgers.
-const TRIALS: &str = "trials";
 
 /// Trials of all sources together when the user says nothing and nothing can be propagated.
 const DEFAULT_TRIALS: u64 = 200;
@@ -63,11 +61,20 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
 
 /// The budget of whatever can be tried.
 fn of(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
-    let experiment = experiment(tried, args)?;
     let folder = folder(args, tried.scenario());
-    writable(&folder, &["result.json", "budget.csv", "report.html"])?;
     let trials_folder = folder.join(TRIALS);
-    if let Some(experiment) = &experiment
+    let joined = (!args.join.is_empty()).then(|| joined(tried, args, talk));
+    let joined = joined.transpose()?;
+    let experiment = match &joined {
+        Some(_) => None,
+        None => experiment(tried, args)?,
+    };
+    let files = ["result.json", "budget.csv", "report.html"];
+    writable(&folder, if args.only_trials { &[] } else { &files })?;
+    if let Some(joined) = &joined {
+        talk.step(&format!("writing {}", trials_folder.display()));
+        joined.write(&trials_folder)?;
+    } else if let Some(experiment) = &experiment
         && let Ended::Interrupted { done, of } = trials(experiment, &trials_folder, args, talk)?
     {
         talk.remark(&format!(
@@ -76,14 +83,72 @@ fn of(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliError>
         ));
         return Ok(Ending::Interrupted);
     }
+    let experiment = experiment.or(joined.map(|joined| joined.experiment));
+    if args.only_trials {
+        return parted(experiment.as_ref(), &trials_folder, talk);
+    }
     let done = experiment.as_ref().map(|e| (e, trials_folder.as_path()));
     let mut result = budget(tried, done, &args.depth, &|step| talk.step(step))?;
     if experiment.is_none() && !args.vary.is_empty() {
         talk.step("propagating at every value");
         result.sweep = Some(propagated_sweep(tried, points(&args.vary))?);
     }
-    result.command = command(args);
+    result.command = match &experiment {
+        Some(experiment) if !args.join.is_empty() => command(&as_one_run(args, experiment)),
+        _ => command(args),
+    };
     written(&result, &folder, talk)
+}
+
+/// Ends a run that makes a part only.
+fn parted(
+    experiment: Option<&Experiment<'_>>,
+    folder: &Path,
+    talk: &Talk,
+) -> Result<Ending, CliError> {
+    let (first_seed, trials) = experiment.map_or((0, 0), |e| (e.first_seed, e.trials()));
+    let text = format!("Trials  {}\n", folder.display());
+    let json = serde_json::json!({
+        "trials": folder.display().to_string(), "first_seed": first_seed, "count": trials,
+    });
+    talk.result(&text, format!("{json:#}\n").as_bytes())?;
+    Ok(Ending::Usable)
+}
+
+/// The parts, checked; as many trials as the user says, if he does.
+fn joined<'t>(tried: &'t dyn Tried, args: &Budget, talk: &Talk) -> Result<Joined<'t>, CliError> {
+    talk.step(&format!("reading {} parts", args.join.len()));
+    let joined = Joined::of(tried, &points(&args.vary), &args.join)?;
+    let found = as_one_run(args, &joined.experiment);
+    let counts = [
+        ("--trials", args.trials, found.trials),
+        ("--single", args.single, found.single),
+    ];
+    for (option, said, found) in counts {
+        if said.is_some() && said != found {
+            return Err(CliError::OtherCount {
+                option,
+                said: said.unwrap_or(0),
+                found: found.unwrap_or(0),
+                first_seed: joined.experiment.first_seed,
+            });
+        }
+    }
+    Ok(joined)
+}
+
+/// The arguments of the one run whose trials these are.
+fn as_one_run(args: &Budget, experiment: &Experiment<'_>) -> Budget {
+    let of = |role: fn(&Role) -> bool| {
+        let cell = experiment.cells.iter().find(|cell| role(&cell.role));
+        cell.map(|cell| cell.trials)
+    };
+    Budget {
+        seed: experiment.first_seed,
+        trials: of(|role| *role == Role::Together),
+        single: of(|role| matches!(role, Role::Alone(_))),
+        ..args.clone()
+    }
 }
 
 /// The trials that were asked for, every scenario checked; without derivatives there are trials even where nobody asks.

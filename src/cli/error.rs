@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::budget::join::JoinError;
 use crate::budget::ledger::LedgerError;
 use crate::calibrate::seam::InputError;
 use crate::calibrate::vary::VaryError;
@@ -116,6 +117,23 @@ pub enum CliError {
     Print {
         /// What the operating system said.
         found: String,
+    },
+    /// Parts that cannot be joined.
+    #[error(transparent)]
+    Join(#[from] JoinError),
+    /// Parts with another number of trials than the user says.
+    #[error(
+        "{option} {said}: found {found} trials in the parts from seed {first_seed} on, expected {said}; finish or add the part that lacks them, or leave {option} out"
+    )]
+    OtherCount {
+        /// The option.
+        option: &'static str,
+        /// What it says.
+        said: u64,
+        /// What the parts hold.
+        found: u64,
+        /// Their first seed.
+        first_seed: u64,
     },
     /// The trials' files cannot be used.
     #[error(transparent)]

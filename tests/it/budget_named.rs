@@ -176,6 +176,26 @@ fn command(arguments: &[&str]) -> Output {
         .expect("the program runs")
 }
 
+/// The bytes of every file in a folder and of the ledgers in it, by name.
+fn files_below(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let inner = folder.join("trials");
+    let entries = [folder, &inner].map(|f| std::fs::read_dir(f).expect("a folder").flatten());
+    let files = entries.into_iter().flatten().map(|entry| entry.path());
+    let mut all: Vec<_> = files
+        .filter(|file| file.is_file())
+        .map(|file| (name_of(&file), std::fs::read(&file).expect("bytes")))
+        .collect();
+    all.sort();
+    all
+}
+
+fn name_of(file: &Path) -> String {
+    file.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
 fn scenario(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("models/scenarios")
@@ -307,6 +327,71 @@ fn ctrl_c_keeps_what_is_done_for_every_procedure() {
             let bytes = |f: &Path| std::fs::read(f.join(file)).expect("bytes");
             assert!(bytes(&out) == bytes(&fresh), "{name}: {file}");
         }
+    }
+}
+
+/// Parts of an array job, joined in any order, are one run to the last byte: ledgers, tables and results, with a sweep and each source
+/// alone, for every procedure.
+#[test]
+fn joined_parts_are_one_run_for_every_procedure() {
+    let folder = tempfile::tempdir().expect("folder");
+    for (name, vary, single) in [
+        (
+            "single-pass-thin.toml",
+            "multibeam.range_sigma_m=0.01,0.02",
+            "",
+        ),
+        ("usbl-thin.toml", "", "2"),
+        ("rail-thin.toml", "", ""),
+        ("seabed-thin.toml", "", ""),
+    ] {
+        let file = scenario(name);
+        let of = |out: &str| folder.path().join(format!("{name}-{out}"));
+        let run = |out: &str, words: &[&str]| {
+            let (file, to) = (file.to_string_lossy(), of(out));
+            let to = to.to_string_lossy();
+            let mut all = vec!["budget", &*file, "--out", &to, "--quiet"];
+            all.extend(words);
+            if !vary.is_empty() {
+                all.extend(["--vary", vary]);
+            }
+            command(&all)
+        };
+        let parted = |seed: &'static str, trials: &'static str, single: &'static str| {
+            let mut words = vec!["--trials", trials, "--seed", seed];
+            if !single.is_empty() {
+                words.extend(["--single", single]);
+            }
+            words
+        };
+        let ended = |output: Output| {
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(0), "{name}: {said}");
+        };
+        for (part, words) in [("b", parted("5", "1", "")), ("a", parted("3", "2", single))] {
+            ended(run(part, &[&words[..], &["--only-trials"]].concat()));
+            assert!(!of(part).join("result.json").exists());
+        }
+        let parts = ["b", "a"].map(|part| of(part).to_string_lossy().into_owned());
+        ended(run(
+            "joined",
+            &["--join", &parts[0], &parts[1], "--trials", "3"],
+        ));
+        ended(run("whole", &parted("3", "3", single)));
+        let whole = files_below(&of("whole"));
+        assert!(
+            whole.len() > 3 && files_below(&of("joined")) == whole,
+            "{name}"
+        );
+
+        let refused = run("never", &["--join", &parts[0], &parts[1], "--trials", "4"]);
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(
+            said.contains("--trials 4: found 3 trials in the parts from seed 3 on"),
+            "{said}"
+        );
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(!of("never").exists(), "{said}");
     }
 }
 

@@ -97,7 +97,7 @@ impl Header {
             .map(|(name, (a, b))| (name, a, b))
     }
 
-    /// What stands in a ledger before its first record: the header's line and that of the columns' names.
+    /// The first two lines of a ledger, each with its line end.
     #[must_use]
     pub fn text(&self) -> String {
         let json = serde_json::to_string(self).unwrap_or_default();
@@ -150,6 +150,12 @@ pub enum LedgerError {
         file.display()
     )]
     Taken {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Joined ledgers where there are some.
+    #[error("{}: found trials that are there already; choose another --out", file.display())]
+    Joined {
         /// The file.
         file: PathBuf,
     },
@@ -238,6 +244,29 @@ pub fn prepare(file: &Path, header: &Header) -> Result<u64, LedgerError> {
     Ok(done)
 }
 
+/// What a ledger says of itself.
+///
+/// # Errors
+/// [`LedgerError`]: no ledger, or one that cannot be read.
+pub fn header_of(file: &Path) -> Result<Header, LedgerError> {
+    let open = File::open(file).map_err(|e| system(file, &e))?;
+    let mut head = vec![];
+    let mut input = BufReader::new(open);
+    input
+        .read_until(b'\n', &mut head)
+        .map_err(|e| system(file, &e))?;
+    header_in(&head).ok_or_else(|| damaged(file, 1, &head, A_HEADER))
+}
+
+/// The header in a ledger's first line.
+fn header_in(line: &[u8]) -> Option<Header> {
+    let text = String::from_utf8_lossy(line);
+    serde_json::from_str(text.strip_prefix(MARK)?).ok()
+}
+
+/// What the first line should be.
+const A_HEADER: &str = "the header of a boresight file of trials";
+
 /// The trials of a ledger in the order of seeds; a torn record at the end is left out.
 ///
 /// # Errors
@@ -269,12 +298,8 @@ impl Records {
             good_bytes: 0,
         };
         let head = records.line()?;
-        let text = String::from_utf8_lossy(&head);
-        let found: Option<Header> = text
-            .strip_prefix(MARK)
-            .and_then(|json| serde_json::from_str(json).ok());
-        let Some(found) = found else {
-            return Err(records.damaged(&head, "the header of a boresight file of trials"));
+        let Some(found) = header_in(&head) else {
+            return Err(records.damaged(&head, A_HEADER));
         };
         if let Some((what, found, expected)) = header.difference(&found) {
             let file = file.to_owned();
@@ -312,16 +337,12 @@ impl Records {
     }
 
     fn damaged(&self, found: &[u8], expected: &str) -> LedgerError {
-        let text = String::from_utf8_lossy(found);
-        LedgerError::Damaged {
-            file: self.file.clone(),
-            line: self.line,
-            found: format!(
-                "\"{}\"",
-                text.trim_end().chars().take(60).collect::<String>()
-            ),
-            expected: expected.to_owned(),
-        }
+        damaged(&self.file, self.line, found, expected)
+    }
+
+    /// Bytes up to the end of the last whole record.
+    pub(super) fn good_bytes(&self) -> u64 {
+        self.good_bytes
     }
 
     /// The next whole record; `None` at the end or where only a torn one is left.
@@ -353,6 +374,17 @@ impl Iterator for Records {
 
     fn next(&mut self) -> Option<Self::Item> {
         self.record().transpose()
+    }
+}
+
+fn damaged(file: &Path, line: u64, found: &[u8], expected: &str) -> LedgerError {
+    let text = String::from_utf8_lossy(found);
+    let begin: String = text.trim_end().chars().take(60).collect();
+    LedgerError::Damaged {
+        file: file.to_owned(),
+        line,
+        found: format!("\"{begin}\""),
+        expected: expected.to_owned(),
     }
 }
 
