@@ -243,5 +243,5 @@ fn calibrate_by_both_paths(bencher: Bencher) {
         joint: &joint,
         seed: 1,
     };
-    bencher.bench_local(|| calibrate(&input, &|_| {}));
+    bencher.bench_local(|| calibrate(&input, &boresight::watch::Unwatched));
 }

@@ -146,7 +146,8 @@ fn trial(scenario: &Scenario, seed: u64) -> [Option<Errors>; 2] {
         joint: &joint,
         seed,
     };
-    let outcome = calibrate(&input, &|_| {}).expect("input that can be worked with");
+    let outcome =
+        calibrate(&input, &boresight::watch::Unwatched).expect("input that can be worked with");
     let error = |found: &Mounting| difference(found, &survey.reality.sonar);
     let reference = outcome.sequential.as_ref().and_then(|s| s.as_ref().ok());
     [

@@ -10,6 +10,7 @@ use crate::procedures::pool::summary::{self, Dropped};
 use crate::procedures::pool::{self, JointConfig, PoolInput, SequentialConfig};
 use crate::results::Calibration;
 use crate::target::Target;
+use crate::watch::{Unwatched, Watch};
 
 /// Calibrates a survey file by both paths, whichever procedure it names. Writes nothing.
 ///
@@ -17,7 +18,7 @@ use crate::target::Target;
 /// # let folder = tempfile::tempdir()?;
 /// # let survey = folder.path().join("survey.toml");
 /// # let usbl = boresight::procedures::find("usbl").ok_or("no such procedure")?;
-/// # usbl.scenario("demo.toml".as_ref(), &usbl.demo())?.write(1, folder.path(), &|_| {})?;
+/// # usbl.scenario("demo.toml".as_ref(), &usbl.demo())?.write(1, folder.path(), &boresight::watch::Unwatched)?;
 /// let found = boresight::calibrate(&survey)?; // "survey.toml"
 /// println!("{}", boresight::report::text::summary(&found.result, &found.page));
 /// assert!(found.result.usable);
@@ -27,21 +28,23 @@ use crate::target::Target;
 /// # Errors
 /// [`InputError`] with everything that is wrong with the input; a calibration without a usable result is no error.
 pub fn calibrate(survey: impl AsRef<Path>) -> Result<Finished, InputError> {
-    calibrate_with(survey, &Settings::default(), &|_| {})
+    calibrate_with(survey, &Settings::default(), &Unwatched)
 }
 
-/// As [`calibrate`], with settings; `progress` is told what is being done.
+/// As [`calibrate`], with settings; `progress` is told what is being done and may stop it ([`Watch`]).
 ///
 /// # Errors
-/// As [`calibrate`]; also [`InputError::Unused`] for a setting that the procedure has no use for.
+/// As [`calibrate`]; also [`InputError::Unused`] for a setting that the procedure has no use for, [`InputError::Stopped`] once
+/// `progress` says so.
 pub fn calibrate_with(
     survey: impl AsRef<Path>,
     settings: &Settings,
-    progress: &(dyn Fn(&str) + Sync),
+    progress: &dyn Watch,
 ) -> Result<Finished, InputError> {
     let procedure = procedures::of_file(survey.as_ref())?;
     settings.fit(procedure)?;
     let survey = procedure.read(survey.as_ref())?;
+    progress.go_on()?;
     survey.calibrate(settings, None, progress)
 }
 
@@ -50,7 +53,7 @@ pub fn calibrate_with(
 /// # Errors
 /// As [`calibrate`].
 pub fn check(survey: impl AsRef<Path>) -> Result<Checked, InputError> {
-    procedures::read(survey.as_ref())?.check(&Settings::default(), &|_| {})
+    procedures::read(survey.as_ref())?.check(&Settings::default(), &Unwatched)
 }
 
 /// Simulates a scenario file under its own seed and writes a complete survey into a folder, which is made when missing.
@@ -62,7 +65,7 @@ pub fn simulate(
     folder: impl AsRef<Path>,
 ) -> Result<Simulated, InputError> {
     let scenario = procedures::scenario(scenario.as_ref())?;
-    scenario.write(scenario.seed(), folder.as_ref(), &|_| {})
+    scenario.write(scenario.seed(), folder.as_ref(), &Unwatched)
 }
 
 /// Calibrates a multibeam against a target in memory, from columns instead of files, by both paths as they are without configuration.
@@ -104,7 +107,7 @@ pub fn calibrate_arrays(
         joint: &joint,
         seed: settings.seed(),
     };
-    let outcome = pool::calibrate(&input, &|_| {}).map_err(InputError::unworkable)?;
+    let outcome = pool::calibrate(&input, &Unwatched).map_err(InputError::unworkable)?;
     let configuration = serde_json::json!({ "sequential": sequential, "joint": joint });
     let provenance = provenance(&configuration, &[], &settings)?;
     let dropped = Dropped::default();

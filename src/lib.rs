@@ -11,7 +11,7 @@
 //! let (campaign, target, prior) = (&survey.campaign, &survey.target, &survey.prior);
 //! let method = Method::Both;
 //! let input = PoolInput { campaign, target, prior, method, sequential: &sequential, joint: &joint, seed: 1 };
-//! let found = calibrate(&input, &|step| eprintln!("{step}"))?.joint.ok_or("refused")?;
+//! let found = calibrate(&input, &|step: &str| eprintln!("{step}"))?.joint.ok_or("refused")?;
 //! let (lever_arm_m, sigma) = (found.mounting.lever_arm_m, found.covariance.diagonal().map(f64::sqrt));
 //! println!("forward lever arm {:.4} m, one sigma {:.4} m", lever_arm_m.y, sigma[4]);
 //! # assert!((lever_arm_m - survey.truth.lever_arm()).norm() < 0.02 && sigma[4] < 0.01);
@@ -45,6 +45,7 @@ pub mod stats;
 pub mod survey;
 pub mod target;
 pub mod units;
+pub mod watch;
 
 pub use calibrate::seam::{
     Checked, Finished, InputError, Loaded, Procedure, ScenarioRun, Settings, Simulated,

@@ -8,6 +8,7 @@ use boresight::budget::{self as budgets, DEPTHS_M};
 use boresight::calibrate::tried::Tried;
 use boresight::calibrate::vary::{Setting, Vary, points};
 use boresight::report::{self, budget as pages};
+use boresight::watch::Watch;
 use boresight::{ScenarioRun, Settings};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes};

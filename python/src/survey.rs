@@ -15,6 +15,7 @@ use boresight::procedures::pool::Scene;
 use boresight::procedures::pool::summary::residuals::sounding_point;
 use boresight::procedures::pool::survey::{Arrays, LoadedSurvey, load, parse_target};
 use boresight::procedures::{of_file, scenario, scenario_text};
+use boresight::watch::Watch;
 use boresight::{InputError, Loaded, Settings};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -161,8 +162,7 @@ impl Survey {
         let (survey, procedure) = (self.shared(), self.procedure.clone());
         run(py, threads, progress, move |caller| {
             let settings = settings("both", seed, false, &procedure)?;
-            let step = |what: &str| caller.step(what);
-            let found = survey.loaded().check(&settings, &step)?;
+            let found = survey.loaded().check(&settings, caller)?;
             Ok((found.text, found.json.to_string(), found.determined))
         })
     }
@@ -185,10 +185,9 @@ impl Survey {
         let found = run(py, threads, progress, move |caller| {
             let settings = settings(&method, seed, simple, &procedure)?;
             let truth = truth.map(|text| serde_json::from_str(&text)).transpose()?;
-            let step = |what: &str| caller.step(what);
             Ok(survey
                 .loaded()
-                .calibrate(&settings, truth.as_ref(), &step)?)
+                .calibrate(&settings, truth.as_ref(), caller)?)
         })?;
         Ok(Finished(found))
     }
@@ -257,7 +256,7 @@ impl Survey {
             let mut points = Points::default();
             for chunk in cloud.chunks {
                 caller.count("georeferencing", points.time_s.len() as u64, total as u64);
-                if caller.stop.load(std::sync::atomic::Ordering::SeqCst) {
+                if caller.stopped() {
                     return Err(Failure::Stopped);
                 }
                 points.add(&chunk);
@@ -523,8 +522,7 @@ pub fn simulate(
     run(py, None, progress, move |caller| {
         let run = scenario_of(&file, text.as_deref())?;
         refuse_full(&folder)?;
-        let step = |what: &str| caller.step(what);
-        let made = run.write(seed.unwrap_or(run.seed()), &folder, &step)?;
+        let made = run.write(seed.unwrap_or(run.seed()), &folder, caller)?;
         let counts = made.counts.iter().map(|c| (c.key.to_owned(), c.count));
         Ok((made.truth.to_string(), counts.collect()))
     })

@@ -6,6 +6,7 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use boresight::watch::Watch;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::ThreadPool;
@@ -15,8 +16,8 @@ use super::errors::Failure;
 /// How often the caller looks for Ctrl-C.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How long the caller waits for work that was told to stop.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// How long the caller waits for work that was told to stop; what does not look whether it should, goes on unseen and is dropped at its end.
+const PATIENCE: Duration = Duration::from_millis(500);
 
 /// What the work tells its caller.
 enum Message<T> {
@@ -27,20 +28,33 @@ enum Message<T> {
 /// What is being done, how much of it is done, of how much; of 0 where nobody counts.
 pub type Step = (String, u64, u64);
 
-/// What the work sees of its caller.
+/// What the work sees of its caller: a [`Watch`].
 pub struct Caller<'a> {
     /// Set when the call is to stop.
     pub stop: &'a AtomicBool,
     tell: &'a (dyn Fn(Step) + Sync),
+    /// The step that was told last.
+    step: Mutex<String>,
 }
 
-impl Caller<'_> {
-    /// Says what is being done.
-    pub fn step(&self, what: &str) {
+impl Watch for Caller<'_> {
+    fn step(&self, what: &str) {
+        what.clone_into(&mut self.step.lock().unwrap_or_else(PoisonError::into_inner));
         (self.tell)((what.to_owned(), 0, 0));
     }
 
-    /// Says how much of it is done.
+    fn counted(&self, done: usize, of: usize) {
+        let step = self.step.lock().unwrap_or_else(PoisonError::into_inner);
+        (self.tell)((step.clone(), done as u64, of as u64));
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.load(SeqCst)
+    }
+}
+
+impl Caller<'_> {
+    /// Says how much of something is done.
     pub fn count(&self, what: &str, done: u64, of: u64) {
         (self.tell)((what.to_owned(), done, of));
     }
@@ -85,6 +99,7 @@ fn begin<T: Send + 'static>(
         let caller = Caller {
             stop: &stop,
             tell: &tell,
+            step: Mutex::default(),
         };
         let ended = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&caller))));
         let ended = ended.unwrap_or_else(|panic| Err(Failure::Panic(words(&*panic))));
@@ -94,29 +109,46 @@ fn begin<T: Send + 'static>(
     thread.spawn(body).map(drop)
 }
 
-/// Waits for the next message and hands it on; the result when it was the last.
+/// Waits for the next message and hands it on; the result when it was the last. Of several counts of one step that wait, a slow
+/// listener hears the last.
 fn hear<T: Send>(
     py: Python<'_>,
     receiver: &mut Receiver<Message<T>>,
     said: &mut Option<Step>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Option<Result<T, Failure>>> {
-    let message = py.detach(move || receiver.recv_timeout(LOOK));
+    let waited = &mut *receiver;
+    let first = py.detach(move || waited.recv_timeout(LOOK));
     py.check_signals()?;
-    match message {
-        Err(RecvTimeoutError::Timeout) => Ok(None),
+    let mut say = |step: Step| -> PyResult<()> {
+        if let Some(progress) = progress.filter(|_| said.as_ref() != Some(&step)) {
+            progress.call1(step.clone())?;
+            *said = Some(step);
+        }
+        Ok(())
+    };
+    let mut next = match first {
+        Err(RecvTimeoutError::Timeout) => return Ok(None),
         Err(RecvTimeoutError::Disconnected) => {
             let text = "a thread ended without a word".to_owned();
-            Ok(Some(Err(Failure::Panic(text))))
+            return Ok(Some(Err(Failure::Panic(text))));
         }
-        Ok(Message::Ended(ended)) => Ok(Some(ended)),
-        Ok(Message::Step(step)) => {
-            if let Some(progress) = progress.filter(|_| said.as_ref() != Some(&step)) {
-                progress.call1(step.clone())?;
-                *said = Some(step);
-            }
-            Ok(None)
+        Ok(message) => message,
+    };
+    loop {
+        let step = match next {
+            Message::Ended(ended) => return Ok(Some(ended)),
+            Message::Step(step) => step,
+        };
+        let Ok(message) = receiver.try_recv() else {
+            say(step)?;
+            return Ok(None);
+        };
+        match &message {
+            Message::Step(newer) if newer.0 == step.0 && step.1 > 0 => {}
+            _ => say(step)?,
         }
+        next = message;
     }
 }
 

@@ -1,5 +1,6 @@
 //! What can be wrong with a problem handed to the engine.
 
+use crate::watch::Stopped;
 use thiserror::Error;
 
 /// Faults of a problem, found before or while it is solved. How a solve *ended* is not an error: see [`super::Status`].
@@ -41,6 +42,9 @@ pub enum AdjustError {
         /// Number of intervals of the chain.
         intervals: usize,
     },
+    /// Stopped by whoever watches.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// A block of parameters does not fit its chart.
     #[error("parameter block `{block}`: {what} has {found} entries, expected {expected}")]
     BadBlock {

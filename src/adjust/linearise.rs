@@ -249,7 +249,8 @@ fn sweep(
     let windows = windows(model);
     let mut ready: Vec<WindowSums> = Vec::new();
     let mut spill: Option<Window> = None;
-    for batch in windows.chunks(BATCH) {
+    for (done, batch) in windows.chunks(BATCH).enumerate() {
+        pass.problem.counted(done * BATCH, windows.len());
         let current = std::mem::take(&mut ready);
         let accumulate = || {
             batch

@@ -105,6 +105,9 @@ impl Pass<'_> {
         range: Range<usize>,
         mut visit: impl FnMut(&Weighted),
     ) -> Result<Tally, AdjustError> {
+        if let Some(watch) = self.problem.watch {
+            watch.go_on()?;
+        }
         let mut rows = [Row::default(); ROWS];
         let mut tally = Tally::default();
         let source = &self.problem.sources[set];

@@ -3,6 +3,7 @@
 use super::chain::{ChainModel, ChainState};
 use super::condition::Conditions;
 use super::parameters::ParameterSet;
+use crate::watch::Watch;
 
 /// A set of conditions with what is switched about it.
 #[derive(Clone, Copy)]
@@ -38,6 +39,8 @@ pub struct Problem<'a> {
     pub chain: Option<&'a ChainModel>,
     /// Variance component per observation group; multiplies each condition's variance. Groups beyond the list have one.
     pub components: Vec<f64>,
+    /// Who watches the passes over the conditions and may stop them.
+    pub watch: Option<&'a dyn Watch>,
 }
 
 impl<'a> Problem<'a> {
@@ -54,7 +57,25 @@ impl<'a> Problem<'a> {
         Problem {
             sources,
             chain: Some(chain),
-            components: Vec::new(),
+            ..Self::default()
+        }
+    }
+
+    /// The same, watched.
+    #[must_use]
+    pub fn watched<'b>(&self, watch: &'b dyn Watch) -> Problem<'b>
+    where
+        'a: 'b,
+    {
+        let mut problem: Problem<'b> = self.clone();
+        problem.watch = Some(watch);
+        problem
+    }
+
+    /// Tells how far a pass is.
+    pub(super) fn counted(&self, done: usize, of: usize) {
+        if let Some(watch) = self.watch {
+            watch.counted(done, of);
         }
     }
 

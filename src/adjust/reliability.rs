@@ -226,7 +226,9 @@ pub(super) fn survey(
     if let (Some(model), Some(factor)) = (problem.chain, &solution.linearisation.factor) {
         let columns = solution.estimate.parameters.columns();
         let mut backward = Backward::new(model, factor, &free, columns, &inner);
-        for batch in windows(model).rchunks(BATCH) {
+        let windows = windows(model);
+        for (done, batch) in windows.rchunks(BATCH).enumerate() {
+            problem.counted(done * BATCH, windows.len());
             let covariances: Vec<_> = batch
                 .iter()
                 .rev()

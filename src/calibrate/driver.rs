@@ -15,6 +15,7 @@ use crate::adjust::{
     QualityOptions, Snooped, Solution, observability, snoop, solve,
 };
 use crate::calibrate::verdict::Doubted;
+use crate::watch::Watch;
 
 /// A variance factor above this is absurd: the residuals are three times what was claimed.
 pub const ABSURD_VARIANCE_FACTOR: f64 = 9.0;
@@ -148,8 +149,8 @@ pub struct Judged {
 /// Runs a model's joint path to its end. How it ended is in the outcome.
 ///
 /// # Errors
-/// [`AdjustError`]: nothing to adjust, or values that are not finite.
-pub fn run<M: Model>(model: &mut M) -> Result<Solved<M::Ties>, AdjustError> {
+/// [`AdjustError`]: stopped by `watch`, nothing to adjust, or values that are not finite.
+pub fn run<M: Model>(model: &mut M, watch: &dyn Watch) -> Result<Solved<M::Ties>, AdjustError> {
     let (mut estimate, mut ties) = model.begin()?;
     let schedule = model.schedule();
     let mut round = 0;
@@ -158,7 +159,7 @@ pub fn run<M: Model>(model: &mut M) -> Result<Solved<M::Ties>, AdjustError> {
         let fewer = model.thinned(round, &ties);
         let used = fewer.as_ref().unwrap_or(&ties);
         let solution = model.with_problem(used, &before, |problem| {
-            solve(problem, estimate, &schedule.passing)
+            solve(&problem.watched(watch), estimate, &schedule.passing)
         })?;
         let pass = Pass {
             round,
@@ -171,7 +172,8 @@ pub fn run<M: Model>(model: &mut M) -> Result<Solved<M::Ties>, AdjustError> {
             Next::Again(again) => ties = again,
             Next::Rest { ties: last, stable } => {
                 let start = model.last_start(&solution);
-                return judged(model, &schedule, start, last.unwrap_or(ties), stable);
+                let ties = last.unwrap_or(ties);
+                return judged(model, watch, &schedule, start, ties, stable);
             }
             Next::End(last) => return Ok(unjudged(solution, last.unwrap_or(ties))),
         }
@@ -183,6 +185,7 @@ pub fn run<M: Model>(model: &mut M) -> Result<Solved<M::Ties>, AdjustError> {
 /// Data snooping from ties at rest, and the judgement.
 fn judged<M: Model>(
     model: &M,
+    watch: &dyn Watch,
     schedule: &Schedule,
     start: Estimate,
     ties: M::Ties,
@@ -191,10 +194,10 @@ fn judged<M: Model>(
     let from = start.parameters.clone();
     let (options, tests, most) = (&schedule.last, &schedule.quality, schedule.most_snoops);
     let found = model.with_problem(&ties, &from, |problem| {
-        snoop(problem, start, options, tests, most)
+        snoop(&problem.watched(watch), start, options, tests, most)
     })?;
     let judged = Judged {
-        doubted: doubted(model, &ties, &found)?,
+        doubted: doubted(model, watch, &ties, &found)?,
         observability: observability(&found.solution, &schedule.limits),
         quality: found.quality,
         removed: found.removed.len(),
@@ -209,13 +212,18 @@ fn judged<M: Model>(
 }
 
 /// What the model finds against the last adjustment.
-fn doubted<M: Model>(model: &M, ties: &M::Ties, found: &Snooped) -> Result<Doubted, AdjustError> {
+fn doubted<M: Model>(
+    model: &M,
+    watch: &dyn Watch,
+    ties: &M::Ties,
+    found: &Snooped,
+) -> Result<Doubted, AdjustError> {
     if !found.solution.status.was_successful() {
         return Ok(Doubted::default());
     }
     let at = &found.solution.estimate.parameters;
     model.with_problem(ties, at, |problem| {
-        let mut kept = problem.clone();
+        let mut kept = problem.watched(watch);
         for (source, mask) in kept.sources.iter_mut().zip(&found.ignored) {
             source.ignored = Some(mask);
         }
@@ -236,6 +244,7 @@ fn unjudged<T>(solution: Solution, ties: T) -> Solved<T> {
 mod tests {
     use super::*;
     use crate::adjust::{Block, BlockId, ChainState, Component, Conditions, Row, Source, Unit};
+    use crate::watch::Unwatched;
 
     /// The mean of those heights that lie within a gate of it.
     struct Level {
@@ -329,7 +338,7 @@ mod tests {
     #[test]
     fn ties_are_made_again_until_they_rest_and_the_end_is_judged() {
         let mut level = Level::new(0.5);
-        let solved = run(&mut level).expect("a solution");
+        let solved = run(&mut level, &Unwatched).expect("a solution");
         assert!(solved.stable && level.passes > 1);
         assert_eq!(solved.ties, (0..40).collect::<Vec<_>>());
         let found = solved.solution.estimate.parameters.euclidean(level.block)[0];
@@ -342,7 +351,7 @@ mod tests {
     #[test]
     fn a_model_that_gives_up_is_not_judged() {
         let mut level = Level::new(1e-9);
-        let solved = run(&mut level).expect("an end");
+        let solved = run(&mut level, &Unwatched).expect("an end");
         assert!(solved.judged.is_none() && !solved.stable && solved.ties.is_empty());
         assert_eq!(level.passes, 1);
     }

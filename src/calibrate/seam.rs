@@ -23,12 +23,13 @@ use crate::formats::FormatError;
 use crate::results::{Calibration, InputFile, Page, Provenance, Software};
 use crate::survey::schema::Key;
 use crate::survey::{ScenarioError, SurveyError};
+use crate::watch::{Stopped, Watch};
 
 /// Seed of a calibration when the user gives none.
 pub const SEED: u64 = 1;
 
-/// Says what is being done.
-pub type Progress<'a> = &'a (dyn Fn(&str) + Sync);
+/// Is told what is being done, and asked whether it should go on.
+pub type Progress<'a> = &'a dyn Watch;
 
 /// One way to calibrate.
 pub trait Procedure: Sync {
@@ -87,7 +88,7 @@ pub trait Loaded: Send + Sync {
     /// Calibrates it; `truth` is the content of a simulated survey's `truth.json`.
     ///
     /// # Errors
-    /// [`InputError`] for input that no calibration can work with; one without a usable result is no error.
+    /// [`InputError`] for input that no calibration can work with, or [`InputError::Stopped`]; one without a usable result is no error.
     fn calibrate(
         &self,
         settings: &Settings,
@@ -279,6 +280,9 @@ pub enum InputError {
     /// A value has no JSON form; a fault of this program.
     #[error("cannot be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
+    /// Stopped by whoever watches.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// Observations or a scenario that the procedure cannot work with.
     #[error(transparent)]
     Unworkable(Box<dyn Error + Send + Sync>),

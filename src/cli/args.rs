@@ -54,7 +54,8 @@ EXIT CODES
   0   a usable result
   1   no usable result; result.json and report.html say why (usable: false)
   2   bad usage or bad input; nothing was written
-  130 budget was stopped by Ctrl-C; its trials are kept";
+  130 stopped by Ctrl-C: nothing is left half written, and budget keeps its
+      trials";
 
 const BUDGET_AFTER: &str = "\
 EXAMPLES

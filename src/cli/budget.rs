@@ -1,13 +1,13 @@
 //! `boresight budget`: a scenario to an error budget, by Monte Carlo and, where the procedure has derivatives, by propagation.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 use super::Ending;
 use super::args::Budget;
 use super::calibrate::folder_of;
 use super::demo::demo_or;
 use super::error::CliError;
+use super::interrupt::Gentle;
 use super::out::tried as writable;
 use super::talk::Talk;
 use crate::budget::experiment::{Ended, Experiment, Role};
@@ -27,9 +27,6 @@ const DEFAULT_TRIALS: u64 = 200;
 
 /// Trials of each source alone when the user says nothing and nothing can be propagated.
 const DEFAULT_SINGLE: u64 = 50;
-
-/// Set by Ctrl-C.
-static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Runs the command.
 pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
@@ -208,7 +205,7 @@ fn trials(
     args: &Budget,
     talk: &Talk,
 ) -> Result<Ended, CliError> {
-    let stop = catch_ctrl_c()?;
+    let gentle = Gentle::begin();
     let done = experiment.prepare(folder, args.resume)?;
     let (before, total) = (done.iter().sum(), experiment.trials());
     talk.step(&format!(
@@ -216,7 +213,7 @@ fn trials(
         folder.display()
     ));
     let bar = talk.trials(before, total);
-    let ended = experiment.run(folder, &done, stop, &|done| {
+    let ended = experiment.run(folder, &done, gentle.stop(), &|done| {
         bar.set_position(done);
         if done.is_multiple_of((total / 10).max(1)) {
             talk.step(&format!("{done} of {total} trials"));
@@ -224,23 +221,6 @@ fn trials(
     });
     bar.finish_and_clear();
     Ok(ended?)
-}
-
-/// The first Ctrl-C sets the flag and asks the run to stop, the second ends the program.
-fn catch_ctrl_c() -> Result<&'static AtomicBool, CliError> {
-    STOP.store(false, SeqCst);
-    let caught = ctrlc::set_handler(|| {
-        if STOP.swap(true, SeqCst) {
-            std::process::exit(130);
-        }
-    });
-    match caught {
-        // caught already: this is not the process's first budget
-        Ok(()) | Err(ctrlc::Error::MultipleHandlers) => Ok(&STOP),
-        Err(error) => Err(CliError::Signal {
-            found: error.to_string(),
-        }),
-    }
 }
 
 fn written(result: &BudgetResult, folder: &Path, talk: &Talk) -> Result<Ending, CliError> {

@@ -27,7 +27,7 @@ pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
     let files = RESULT_FILES.into_iter();
     let files: Vec<&str> = files.chain(exports.iter().map(|e| e.file_name())).collect();
     tried(&folder, &files)?;
-    let finished = survey.calibrate(&settings, None, &|what| talk.step(what))?;
+    let finished = survey.calibrate(&settings, None, talk)?;
     finish(&folder, &finished, None, &exports, talk)?;
     Ok(ending(&finished))
 }

@@ -17,7 +17,7 @@ pub fn run(args: &Check, talk: &Talk) -> Result<Ending, CliError> {
     let procedure = procedures::of_file(&args.survey)?;
     settings.fit(procedure)?;
     let survey = procedure.read(&args.survey)?;
-    let checked = survey.check(&settings, &|what| talk.step(what))?;
+    let checked = survey.check(&settings, talk)?;
     talk.result(&checked.text, format!("{:#}\n", checked.json).as_bytes())?;
     Ok(if checked.determined {
         Ending::Usable

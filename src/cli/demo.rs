@@ -20,7 +20,6 @@ const MARKER: &str = ".boresight-demo";
 /// Runs the command: simulate, write the survey, read it again, calibrate, report, compare with the truth.
 pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let (procedure, folder) = chosen(args);
-    let step = |what: &str| talk.step(what);
     claim(&folder, procedure)?;
     let name = PathBuf::from(format!("{}.toml", procedure.name()));
     let scenario = procedure.scenario(&name, &procedure.demo())?;
@@ -28,7 +27,7 @@ pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let made = format!("boresight demo {}, seed {}", procedure.name(), args.seed);
     // the folder is the demo's own: another seed replaces what it wrote there
     let simulated = survey_into(&survey, (&made, &procedure.demo()), true, |folder| {
-        scenario.write(args.seed, folder, &step)
+        scenario.write(args.seed, folder, talk)
     })?;
     talk.step("reading the survey");
     let survey = survey.join(SURVEY_FILE);
@@ -38,7 +37,7 @@ pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
         simple: false,
     };
     let loaded = procedure.read(&survey)?;
-    let finished = loaded.calibrate(&settings, Some(&simulated.truth), &step)?;
+    let finished = loaded.calibrate(&settings, Some(&simulated.truth), talk)?;
     finish(&folder, &finished, Some(&survey), &[], talk)?;
     Ok(ending(&finished))
 }

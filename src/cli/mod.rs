@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`args`] | what the user types |
 //! | `demo`, `calibrate`, `simulate`, `apply`, `check`, `info`, `budget`, `plan`, `template` | one command each |
+//! | `interrupt` | what Ctrl-C does |
 //! | `out` | where a command may write |
 //! | `plain` | what a terminal can show: 80 columns, ASCII where the locale asks for it |
 //! | `talk` | what is printed: results on standard output, progress on standard error |
@@ -18,6 +19,7 @@ mod compare;
 mod demo;
 pub mod error;
 mod info;
+mod interrupt;
 mod out;
 mod plain;
 mod plan;
@@ -73,7 +75,10 @@ pub fn run_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         }
     };
     let talk = Talk::new(&cli.common);
-    let ended = threads(cli.common.threads).and_then(|()| dispatch(cli.command, &talk));
+    let ended = interrupt::caught(talk.farewell())
+        .and_then(|()| threads(cli.common.threads))
+        .and_then(|()| dispatch(cli.command, &talk));
+    interrupt::let_end();
     talk.finish();
     match ended {
         Ok(Ending::Usable) => 0,

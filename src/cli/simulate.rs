@@ -24,7 +24,7 @@ pub fn run(args: &Simulate, talk: &Talk) -> Result<Ending, CliError> {
     let made = format!("boresight simulate, {}, seed {seed}", scenario.name());
     let text = read_text(file)?;
     let written = survey_into(&args.out, (&made, &text), args.force, |folder| {
-        scenario.write(seed, folder, &|what| talk.step(what))
+        scenario.write(seed, folder, talk)
     })?;
     let (survey, truth) = (args.out.join(SURVEY_FILE), args.out.join(TRUTH_FILE));
     let name = scenario.name();

@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write, stderr, stdout};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -9,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::args::Common;
 use super::error::CliError;
 use super::plain::{ascii, asks_for_ascii, fitted};
+use crate::watch::Watch;
 
 /// The program's voice.
 #[derive(Debug)]
@@ -20,6 +22,22 @@ pub struct Talk {
     ascii: bool,
     begun: Instant,
     spinner: Option<ProgressBar>,
+    /// The step that was told last.
+    doing: Mutex<String>,
+}
+
+impl Watch for Talk {
+    fn step(&self, what: &str) {
+        Talk::step(self, what);
+    }
+
+    /// Puts a bar behind the step.
+    fn counted(&self, done: usize, of: usize) {
+        if let Some(spinner) = &self.spinner {
+            let doing = self.doing.lock().unwrap_or_else(PoisonError::into_inner);
+            spinner.set_message(format!("{doing} {}", bar_of(done, of)));
+        }
+    }
 }
 
 impl Talk {
@@ -33,12 +51,14 @@ impl Talk {
             ascii: asks_for_ascii(),
             begun: Instant::now(),
             spinner: shown.then(spinner),
+            doing: Mutex::default(),
         }
     }
 
     /// Says what is being done.
     pub fn step(&self, what: &str) {
         if let Some(spinner) = &self.spinner {
+            what.clone_into(&mut self.doing.lock().unwrap_or_else(PoisonError::into_inner));
             spinner.set_message(what.to_owned());
         }
         if self.verbose {
@@ -75,6 +95,14 @@ impl Talk {
             .with_position(before);
         bar.reset_eta();
         bar
+    }
+
+    /// What can be said when this voice is cut off.
+    pub fn farewell(&self) -> Farewell {
+        Farewell {
+            quiet: self.quiet,
+            spinner: self.spinner.clone(),
+        }
     }
 
     /// Takes the spinner away.
@@ -138,6 +166,33 @@ impl Talk {
             text.to_owned()
         };
         let _ = writeln!(stderr(), "{name} {text}");
+    }
+}
+
+/// `[====      ]  40 %`.
+fn bar_of(done: usize, of: usize) -> String {
+    let percent = (100 * done.min(of)).checked_div(of).unwrap_or(100);
+    let full = percent / 10;
+    format!("[{:10}] {percent:>3} %", "=".repeat(full))
+}
+
+/// The last sentence of a program that is interrupted.
+#[derive(Debug)]
+pub struct Farewell {
+    quiet: bool,
+    spinner: Option<ProgressBar>,
+}
+
+impl Farewell {
+    /// Says it on a line of its own, unless `--quiet`.
+    pub fn say(&self, text: &str) {
+        if let Some(spinner) = &self.spinner {
+            spinner.finish_and_clear();
+            let _ = write!(stderr(), "\r\u{1b}[K");
+        }
+        if !self.quiet {
+            let _ = writeln!(stderr(), "boresight: {text}");
+        }
     }
 }
 

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::gate::Naming;
 use super::temporary::TemporaryFolder;
 use super::whole::{Made, WriteError, write_bytes};
 
@@ -135,6 +136,7 @@ pub fn made_together<T, E: From<FolderError>>(
     let value = write(temporary.path())?;
     let files = digests(temporary.path()).map_err(error)?;
     ours.may_replace(folder, made, force, files.keys().map(String::as_str))?;
+    let _naming = Naming::begin();
     moved(&ours, made, temporary.path(), folder, &files)?;
     kept.keep();
     Ok(value)

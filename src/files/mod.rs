@@ -3,16 +3,19 @@
 //!
 //! | module | what |
 //! |---|---|
+//! | `gate` | what becomes of files that are not done when the program is interrupted |
 //! | [`temporary`] | names of their own beside the target, found and removed when a run was killed |
 //! | [`whole`] | one file whole or not at all, several files together, and whether a folder can be written at all |
 //! | [`marker`] | what the program itself wrote into a folder; a folder of files made together and never over others |
 //! | [`inputs`] | whether a path names one of these files |
 
+mod gate;
 pub mod inputs;
 pub mod marker;
 pub mod temporary;
 pub mod whole;
 
+pub use gate::abandon;
 pub use inputs::{Overwrites, none_is};
 pub use marker::{FolderError, Ours, made_together};
 pub use whole::{WriteError, land, tried, write_bytes, write_whole};

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use super::gate;
+
 /// How the names of temporary files begin and end.
 const NAME: (&str, &str) = (".boresight-", ".tmp");
 /// Added to the name of a temporary file for a folder of files that belong to it.
@@ -28,6 +30,7 @@ pub fn new_in(folder: &Path) -> io::Result<NamedTempFile> {
         // where locks do not exist, nobody sweeps either
         let _ = file.as_file().lock();
         if file.path().exists() {
+            gate::temporary(file.path());
             return Ok(file);
         }
     }
@@ -56,6 +59,7 @@ impl TemporaryFolder {
     pub fn new_in(folder: &Path) -> io::Result<Self> {
         let lock = new_in(folder)?;
         let path = folder_of(lock.path());
+        gate::temporary(&path);
         std::fs::create_dir(&path)?;
         Ok(Self { path, _lock: lock })
     }
@@ -70,6 +74,8 @@ impl TemporaryFolder {
 impl Drop for TemporaryFolder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.path);
+        gate::done_with(&self.path);
+        gate::done_with(self._lock.path());
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use super::gate::{self, Naming};
 use super::temporary::{new_in, sweep};
 
 /// A file could not be written.
@@ -40,7 +41,8 @@ pub fn write_whole<E: Into<io::Error>>(
     let folder = folder_of(path);
     let made = Made::folder(folder).map_err(&error)?;
     let staged = staged(folder, write).map_err(&error)?;
-    staged.persist(path).map_err(|failed| error(failed.error))?;
+    let _naming = Naming::begin();
+    persisted(staged, path).map_err(&error)?;
     made.keep();
     Ok(())
 }
@@ -82,23 +84,34 @@ pub fn tried(folder: &Path, names: &[&str]) -> Result<(), WriteError> {
         no_folder(&path).map_err(WriteError::of(&path))?;
     }
     let _made = Made::folder(folder).map_err(WriteError::of(folder))?;
-    new_in(folder).map(drop).map_err(WriteError::of(folder))
+    let file = new_in(folder).map_err(WriteError::of(folder))?;
+    gate::done_with(file.path());
+    Ok(())
 }
 
 /// Gives every staged file its name; when one fails, takes away those that were not there before.
 fn named(all: Vec<(PathBuf, NamedTempFile)>) -> Result<Vec<PathBuf>, WriteError> {
+    let _naming = Naming::begin();
     let mut done: Vec<(PathBuf, bool)> = Vec::new();
     for (path, file) in all {
         let new = !path.exists();
-        if let Err(failed) = file.persist(&path) {
+        if let Err(failed) = persisted(file, &path) {
             for (path, _) in done.iter().filter(|(_, new)| *new) {
                 let _ = std::fs::remove_file(path);
             }
-            return Err(WriteError::of(&path)(failed.error));
+            return Err(WriteError::of(&path)(failed));
         }
         done.push((path, new));
     }
     Ok(done.into_iter().map(|(path, _)| path).collect())
+}
+
+/// Gives a temporary file its name.
+fn persisted(file: NamedTempFile, path: &Path) -> io::Result<()> {
+    let temporary = file.path().to_owned();
+    let named = file.persist(path).map(drop);
+    gate::done_with(&temporary);
+    named.map_err(|failed| failed.error)
 }
 
 /// A filled temporary file, on the disk.
@@ -165,6 +178,7 @@ impl Made {
         let mut made = Self(vec![]);
         for folder in missing {
             std::fs::create_dir_all(&folder)?;
+            gate::made(&folder);
             made.0.push(folder);
         }
         std::fs::create_dir_all(folder)?;
@@ -174,12 +188,14 @@ impl Made {
 
     /// Leaves them.
     pub(super) fn keep(mut self) {
+        gate::keeps(&self.0);
         self.0.clear();
     }
 }
 
 impl Drop for Made {
     fn drop(&mut self) {
+        gate::keeps(&self.0);
         for folder in self.0.iter().rev() {
             // only when it is empty
             let _ = std::fs::remove_dir(folder);

@@ -171,7 +171,7 @@ fn a_trial_is_a_calibration_of_a_simulated_survey() {
             joint: &configuration.joint,
             seed: 3,
         };
-        let outcome = calibrate(&input, &|_| {}).expect("a run");
+        let outcome = calibrate(&input, &boresight::watch::Unwatched).expect("a run");
         let joint = outcome.joint.expect("joint");
         let reference = outcome.sequential.expect("ran").expect("an outcome");
         let errors = |m| errors(m, &survey.truth).to_vec();

@@ -150,7 +150,7 @@ fn errors(scenario: &Scenario, seed: u64, joint: &JointConfig) -> [Vector6<f64>;
         joint,
         seed,
     };
-    let outcome = calibrate(&input, &|_| {}).expect("usable input");
+    let outcome = calibrate(&input, &boresight::watch::Unwatched).expect("usable input");
     let joint = outcome.joint.expect("a joint result").mounting;
     let sequential = outcome
         .sequential
@@ -274,7 +274,8 @@ fn the_reference_path_follows_a_drift_through_the_frame() {
         joint: &joint,
         seed: 1,
     };
-    let outcome = calibrate(&input(&survey.campaign), &|_| {}).expect("usable input");
+    let outcome =
+        calibrate(&input(&survey.campaign), &boresight::watch::Unwatched).expect("usable input");
     let linear = influence::sequential(&input(&survey.campaign), &outcome).expect("pulls");
     let times = &survey.campaign.trajectory.time_s;
     let (first_s, last_s) = (times[0], times[times.len() - 1]);
@@ -302,7 +303,7 @@ fn the_reference_path_follows_a_drift_through_the_frame() {
             .map(|p| moved(p, returns))
             .sum::<Vector6<f64>>();
     let drifted = displaced(&survey, by);
-    let wrong = calibrate(&input(&drifted), &|_| {}).expect("usable input");
+    let wrong = calibrate(&input(&drifted), &boresight::watch::Unwatched).expect("usable input");
     let responses = frame::of_returns(&outcome.scene);
     let followed: Vector4<f64> = responses
         .iter()

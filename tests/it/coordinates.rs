@@ -124,7 +124,8 @@ fn every_frame_of_the_returns_calibrates_to_the_truth() {
             joint: &JointConfig::default(),
             seed: 1,
         };
-        let outcome = calibrate(&input, &|_| {}).unwrap_or_else(|e| panic!("{frame}: {e}"));
+        let outcome = calibrate(&input, &boresight::watch::Unwatched)
+            .unwrap_or_else(|e| panic!("{frame}: {e}"));
         let found = outcome.joint.unwrap_or_else(|| panic!("{frame}: refused"));
         let off_m = (found.mounting.lever_arm_m - survey.truth.lever_arm()).norm();
         assert!(off_m < 0.02, "{frame}: {off_m} m off");

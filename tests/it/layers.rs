@@ -6,10 +6,11 @@
 use std::path::{Path, PathBuf};
 
 /// Floor of every top-level module; the table of the architecture page.
-const FLOORS: [(&str, u8); 24] = [
+const FLOORS: [(&str, u8); 25] = [
     ("math", 0),
     ("ruled", 0),
     ("units", 0),
+    ("watch", 0),
     ("stats", 0),
     ("files", 0),
     ("geometry", 1),
@@ -49,12 +50,15 @@ const NEIGHBOURS: [(&str, &str); 4] = [
 const NARROWER: [(&str, &[&str]); 4] = [
     (
         "simulate",
-        &["units", "stats", "geometry", "observe", "formats", "target"],
+        &[
+            "units", "math", "stats", "geometry", "observe", "formats", "target", "watch",
+        ],
     ),
     (
         "casting",
         &[
-            "units", "stats", "geometry", "observe", "formats", "target", "simulate",
+            "units", "math", "stats", "geometry", "observe", "formats", "target", "simulate",
+            "watch",
         ],
     ),
     (
@@ -64,7 +68,7 @@ const NARROWER: [(&str, &[&str]); 4] = [
     (
         "report",
         &[
-            "ruled", "units", "stats", "files", "geometry", "adjust", "results",
+            "ruled", "units", "math", "stats", "files", "geometry", "adjust", "results",
         ],
     ),
 ];

@@ -52,6 +52,7 @@ mod sequential_path;
 mod simulate;
 mod simulate_rays;
 mod spheres;
+mod stopping;
 mod survey_files;
 mod template;
 mod usbl;

@@ -39,7 +39,7 @@ fn true_ties_are_those_of_the_faces_struck() {
             joint: &joint,
             seed: 1,
         };
-        let found = calibrate(&input, &|_| {})
+        let found = calibrate(&input, &boresight::watch::Unwatched)
             .expect("a run")
             .joint
             .expect("joint");
@@ -88,7 +88,8 @@ fn run(
         joint: &joint,
         seed: 1,
     };
-    let outcome = calibrate(&input, &|_| {}).expect("input that can be worked with");
+    let outcome =
+        calibrate(&input, &boresight::watch::Unwatched).expect("input that can be worked with");
     if let Some(refusal) = outcome.refusal {
         return Err(refusal);
     }
@@ -214,7 +215,8 @@ fn a_plane_that_the_scanner_did_not_see_is_named() {
         joint: &joint,
         seed: 1,
     };
-    let outcome = calibrate(&input, &|_| {}).expect("input that can be worked with");
+    let outcome =
+        calibrate(&input, &boresight::watch::Unwatched).expect("input that can be worked with");
     let missing = SequentialError::NoScannerPlane { plane: "P3" };
     let Some(Refusal::Sequential { message }) = &outcome.refusal else {
         panic!("{:?}", outcome.refusal);

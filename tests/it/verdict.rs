@@ -32,7 +32,9 @@ fn verdict_with(
         joint,
         seed: 1,
     };
-    calibrate(&input, &|_| {}).expect("a run").verdict()
+    calibrate(&input, &boresight::watch::Unwatched)
+        .expect("a run")
+        .verdict()
 }
 
 fn verdict(text: &str, spoil: impl FnOnce(&mut Campaign)) -> Verdict {

@@ -18,6 +18,7 @@ use crate::matching::{Patches, Water};
 use crate::math;
 use crate::observe::{Campaign, LaserScan, SoundingRange, Soundings};
 use crate::results::Finding;
+use crate::watch::Unwatched;
 
 /// Soundings and returns that are tried at the most.
 const SOUNDINGS: usize = 30_000;
@@ -131,7 +132,7 @@ fn adjusted(survey: &Survey, input: &PoolInput) -> Tried {
         variance_components: false,
         ..input.joint.clone()
     };
-    let Ok(found) = joint::run(&scene, &start, &mut surfaces, &config, &|_| {}) else {
+    let Ok(found) = joint::run(&scene, &start, &mut surfaces, &config, &Unwatched) else {
         return nothing;
     };
     let part = |used: usize, of: usize| {

@@ -26,6 +26,7 @@ use crate::calibrate::verdict::Doubted;
 use crate::geometry::plane::Plane;
 use crate::matching::Patches;
 use crate::observe::Mounting;
+use crate::watch::Watch;
 use round::{Frame, Ties};
 use unknowns::parameters;
 
@@ -195,7 +196,7 @@ pub fn run(
     start: &JointStart,
     surfaces: &mut Surfaces,
     config: &JointConfig,
-    progress: &(dyn Fn(&str) + Sync),
+    progress: &dyn Watch,
 ) -> Result<JointOutcome, AdjustError> {
     let reach_s = if config.latency { 0.5 } else { 0.0 };
     let epochs = Epochs::number(scene, start.returns, start.candidates, reach_s)?;
@@ -214,7 +215,7 @@ pub fn run(
         rounds: vec![],
         progress,
     };
-    let solved = driver::run(&mut path)?;
+    let solved = driver::run(&mut path, progress)?;
     path.frame.ended(solved, path.rounds)
 }
 
@@ -224,12 +225,12 @@ struct Path<'a> {
     surfaces: &'a mut Surfaces,
     start: ParameterSet,
     rounds: Vec<Round>,
-    progress: &'a (dyn Fn(&str) + Sync),
+    progress: &'a dyn Watch,
 }
 
 impl Path<'_> {
     fn tell(&self, ties: &Ties) {
-        (self.progress)(&format!(
+        self.progress.step(&format!(
             "joint path: round {}, {} soundings tied",
             self.rounds.len() + 1,
             ties.soundings.ties.len()
@@ -292,7 +293,7 @@ impl Model for Path<'_> {
         let settled = all <= few || (step < STABLE_SIGMAS && self.rounds.len() > 1);
         let stable = settled && !pass.thinned;
         if stable || self.rounds.len() >= MOST_ROUNDS {
-            (self.progress)("joint path: data snooping and quality");
+            self.progress.step("joint path: data snooping and quality");
             let ties = Some(again);
             return Next::Rest { ties, stable };
         }

@@ -96,8 +96,11 @@ impl Loaded for LoadedSurvey {
             ..input(self, settings)
         };
         let truth: Option<Truth> = truth.map(read_truth).transpose()?;
-        let outcome = calibrate(&input, progress).map_err(InputError::unworkable)?;
-        progress("comparing and drawing");
+        let outcome = calibrate(&input, progress).map_err(|error| match error {
+            PoolError::Stopped(stopped) => stopped.into(),
+            other @ PoolError::SoundSpeed(_) => InputError::unworkable(other),
+        })?;
+        progress.begin("comparing and drawing")?;
         let dropped = Dropped {
             soundings: self.counts.soundings_dropped as u64,
             returns: self.counts.laser_dropped as u64,
@@ -114,7 +117,7 @@ impl Loaded for LoadedSurvey {
     }
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
-        progress("looking at the geometry");
+        progress.begin("looking at the geometry")?;
         let preview = preview(&input(self, settings)).map_err(InputError::unworkable)?;
         Ok(checked(self, &preview))
     }
@@ -162,12 +165,12 @@ impl ScenarioRun for ScenarioFile {
         folder: &Path,
         progress: Progress<'_>,
     ) -> Result<Simulated, InputError> {
-        progress(&format!(
+        progress.begin(&format!(
             "simulating {} with seed {seed}",
             self.scenario.name
-        ));
+        ))?;
         let survey = simulate(&self.scenario, seed).map_err(InputError::unworkable)?;
-        progress(&format!("writing {}", folder.display()));
+        progress.begin(&format!("writing {}", folder.display()))?;
         make_folder(folder)?;
         write_survey(folder, self, &survey)?;
         Ok(Simulated {

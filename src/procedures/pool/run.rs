@@ -14,6 +14,7 @@ use super::sequential::{
 };
 use super::ties::{self, Among, Association, Tie, TieSet};
 use super::verdict::Refusal;
+use crate::adjust::AdjustError;
 pub use crate::calibrate::choices::Method;
 use crate::calibrate::verdict::Doubted;
 use crate::geometry::ellipsoid::TargetPose;
@@ -22,6 +23,7 @@ use crate::georef::{RayError, georeference};
 use crate::matching::{Patches, Water};
 use crate::observe::{Campaign, Mounting, PoseSample, Struck};
 use crate::target::{Role, Target};
+use crate::watch::{Stopped, Unwatched, Watch};
 
 /// Everything a pool calibration needs.
 #[derive(Clone, Debug)]
@@ -71,6 +73,9 @@ pub enum PoolError {
     /// The sound speed cannot be used.
     #[error("sound speed: {0}")]
     SoundSpeed(#[from] RayError),
+    /// Stopped by whoever watches.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// Gate of the first, wide association of returns, in sigmas: the target's planes are known from its design only.
@@ -125,7 +130,7 @@ impl Scanned {
 /// [`PoolError`] when the input cannot be worked with at all; a calibration that ends without a usable result is an outcome.
 pub fn calibrate<'a>(
     input: &PoolInput<'a>,
-    progress: &(dyn Fn(&str) + Sync),
+    progress: &dyn Watch,
 ) -> Result<PoolOutcome<'a>, PoolError> {
     calibrate_with(input, &[], progress)
 }
@@ -138,12 +143,12 @@ pub fn calibrate<'a>(
 pub fn calibrate_with<'a>(
     input: &PoolInput<'a>,
     further: &[SequentialConfig],
-    progress: &(dyn Fn(&str) + Sync),
+    progress: &dyn Watch,
 ) -> Result<PoolOutcome<'a>, PoolError> {
-    progress("refining the target's pose from the laser points");
+    progress.begin("refining the target's pose from the laser points")?;
     let scene = Scene::prepare(input.campaign, input.target, input.prior)?;
     let outcome = calibrate_scene(input, scene, further, progress)?;
-    Ok(explained(input, outcome, progress))
+    Ok(explained(input, outcome, progress)?)
 }
 
 /// As [`calibrate_with`], of a simulated survey of which is known what each observation struck: nothing is tied to another face. What a
@@ -158,16 +163,16 @@ pub fn calibrate_with_true_ties<'a>(
 ) -> Result<PoolOutcome<'a>, PoolError> {
     let mut scene = Scene::prepare(input.campaign, input.target, input.prior)?;
     scene.struck = Some(struck);
-    calibrate_scene(input, scene, further, &|_| {})
+    calibrate_scene(input, scene, further, &Unwatched)
 }
 
 fn calibrate_scene<'a>(
     input: &PoolInput<'a>,
     scene: Scene<'a>,
     further: &[SequentialConfig],
-    progress: &(dyn Fn(&str) + Sync),
+    progress: &dyn Watch,
 ) -> Result<PoolOutcome<'a>, PoolError> {
-    progress("extracting the scanner's planes");
+    progress.begin("extracting the scanner's planes")?;
     let Scanned {
         laser,
         wide,
@@ -190,7 +195,7 @@ fn calibrate_scene<'a>(
     if outcome.refusal.is_some() {
         return Ok(outcome);
     }
-    progress("finding the target in the soundings");
+    progress.begin("finding the target in the soundings")?;
     let rough = outcome.scene.rough_mounting();
     outcome.rough = Some(rough);
     outcome.refusal = Refusal::of_soundings(&rough);
@@ -222,7 +227,7 @@ fn calibrate_scene<'a>(
         input.joint.gate_sigma,
     );
     if input.method != Method::Joint {
-        progress("reference path: angles, then offsets");
+        progress.begin("reference path: angles, then offsets")?;
         let held = held(&outcome, &ties);
         outcome.sequential = Some(run_sequential(&outcome, &held, input.sequential));
         let again = further.iter().map(|c| run_sequential(&outcome, &held, c));
@@ -236,7 +241,7 @@ fn calibrate_scene<'a>(
             candidates: &candidates,
             soundings: &ties,
         };
-        let found = run_joint(input, &outcome.scene, &start, &mut surfaces, progress);
+        let found = run_joint(input, &outcome.scene, &start, &mut surfaces, progress)?;
         (outcome.joint, outcome.simple, outcome.refusal) = found;
     }
     outcome.refusal = outcome
@@ -250,16 +255,19 @@ fn calibrate_scene<'a>(
 fn explained<'a>(
     input: &PoolInput<'a>,
     mut outcome: PoolOutcome<'a>,
-    progress: &(dyn Fn(&str) + Sync),
-) -> PoolOutcome<'a> {
+    progress: &dyn Watch,
+) -> Result<PoolOutcome<'a>, Stopped> {
     if outcome.refusal.is_some() && outcome.scene.struck.is_none() {
-        progress("trying signs, units and axes");
+        progress.begin("trying signs, units and axes")?;
         let mistake =
             alternatives::named(input).map(|finding| Refusal::DoesNotFit(Box::new(finding)));
         outcome.refusal = mistake.or(outcome.refusal);
     }
-    outcome
+    Ok(outcome)
 }
+
+/// The rigorous joint path, the simple one, and why there is no rigorous one.
+type Jointly = (Option<JointOutcome>, Option<JointOutcome>, Option<Refusal>);
 
 /// The rigorous joint path, the simple one where it was asked for, and why there is no rigorous one.
 fn run_joint(
@@ -267,17 +275,18 @@ fn run_joint(
     scene: &Scene,
     start: &JointStart,
     surfaces: &mut Surfaces,
-    progress: &(dyn Fn(&str) + Sync),
-) -> (Option<JointOutcome>, Option<JointOutcome>, Option<Refusal>) {
-    progress("joint path: angles, lever arm, planes and drift together");
+    progress: &dyn Watch,
+) -> Result<Jointly, Stopped> {
+    progress.begin("joint path: angles, lever arm, planes and drift together")?;
     let rigorous = match joint::run(scene, start, surfaces, input.joint, progress) {
         Ok(found) => found,
-        Err(error) => return (None, None, Some(Refusal::failed(&error))),
+        Err(AdjustError::Stopped(stopped)) => return Err(stopped),
+        Err(error) => return Ok((None, None, Some(Refusal::failed(&error)))),
     };
     if !input.joint.simple {
-        return (Some(rigorous), None, None);
+        return Ok((Some(rigorous), None, None));
     }
-    progress("simple joint model: planes fixed, drift off");
+    progress.begin("simple joint model: planes fixed, drift off")?;
     let simple = JointConfig {
         planes: Planes::Fixed,
         drift: Drift::Off,
@@ -287,7 +296,8 @@ fn run_joint(
     if let Ok(simple) = &mut simple {
         simple.doubted = Doubted::default();
     }
-    (Some(rigorous), simple.ok(), None)
+    progress.go_on()?;
+    Ok((Some(rigorous), simple.ok(), None))
 }
 
 /// A tied sounding as the reference path uses it again in every pass.

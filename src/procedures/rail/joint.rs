@@ -15,6 +15,7 @@ use crate::calibrate::driver::{self, Model, Next, Pass, Schedule, Solved};
 use crate::calibrate::verdict::Doubted;
 use crate::math;
 use crate::observe::Mounting;
+use crate::watch::Unwatched;
 
 /// Gates of the first rounds, metres: the start knows neither heading nor pitch.
 const FIRST_GATES_M: [f64; 2] = [0.003, 0.001];
@@ -113,7 +114,7 @@ pub fn joint(
         config,
         blocks,
     };
-    let solved = driver::run(&mut path)?;
+    let solved = driver::run(&mut path, &Unwatched)?;
     path.outcome(solved)
 }
 

@@ -86,10 +86,10 @@ impl Loaded for LoadedRail {
         progress: Progress<'_>,
     ) -> Result<Finished, InputError> {
         let truth: Option<RailTruth> = truth.map(read_truth).transpose()?;
-        progress("calibrating");
+        progress.begin("calibrating")?;
         let input = input(self, settings.method);
         let outcome = calibrate(&input);
-        progress("comparing and drawing");
+        progress.begin("comparing and drawing")?;
         let provenance = provenance(&self.file, &self.inputs, settings)?;
         let result = summary::result(&outcome, provenance)?;
         let page = summary::page(&outcome, &result, &self.file.name, truth.as_ref())?;
@@ -97,7 +97,7 @@ impl Loaded for LoadedRail {
     }
 
     fn check(&self, _: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
-        progress("looking at the geometry");
+        progress.begin("looking at the geometry")?;
         let scene = RailScene::new(&self.campaign, &self.rail);
         let preview = verdict::preview(&scene, &self.file.joint, &self.file.reference);
         Ok(Checked {
@@ -140,10 +140,10 @@ impl ScenarioRun for RailRun {
         folder: &Path,
         progress: Progress<'_>,
     ) -> Result<Simulated, InputError> {
-        progress(&format!("simulating {} with seed {seed}", self.name()));
+        progress.begin(&format!("simulating {} with seed {seed}", self.name()))?;
         let survey =
             simulate(&self.read.scenario, &self.read.rail, seed).map_err(InputError::unworkable)?;
-        progress(&format!("writing {}", folder.display()));
+        progress.begin(&format!("writing {}", folder.display()))?;
         make_folder(folder)?;
         write_rail(folder, &self.read, &survey)?;
         Ok(Simulated {

@@ -20,10 +20,14 @@ use super::screen::Screen;
 use super::shared::shared_noise;
 use super::states::States;
 use super::tiles::{Candidate, Cut, Tile, depth_scale};
+use crate::watch::{Stopped, Unwatched, Watch};
 
 /// Why there is no joint solution at all.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum JointError {
+    /// Stopped by whoever watches.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// The profile cannot be used.
     #[error("the sound-speed profile cannot be used")]
     Profile,
@@ -124,6 +128,7 @@ struct Work<'a> {
     scale: f64,
     passes: Vec<Pass>,
     rejected: usize,
+    watch: &'a dyn Watch,
 }
 
 /// What a pass found.
@@ -138,7 +143,19 @@ struct Passed {
 /// # Errors
 /// [`JointError`] where nothing can be solved; a solution that must not be used is the verdict's matter.
 pub fn joint(scene: &Scene, config: &JointSettings) -> Result<Joint, JointError> {
-    let mut work = Work::new(scene, config);
+    joint_watched(scene, config, &Unwatched)
+}
+
+/// As [`joint`], watched.
+///
+/// # Errors
+/// As [`joint`]; [`JointError::Stopped`].
+pub fn joint_watched(
+    scene: &Scene,
+    config: &JointSettings,
+    watch: &dyn Watch,
+) -> Result<Joint, JointError> {
+    let mut work = Work::new(scene, config, watch);
     let screened = work.screen()?;
     work.field_of_single_lines()?;
     work.coarse()?;
@@ -160,7 +177,7 @@ pub struct Overlap {
 /// # Errors
 /// [`JointError`] where they do not.
 pub fn overlap(scene: &Scene, config: &JointSettings) -> Result<Overlap, JointError> {
-    let mut work = Work::new(scene, config);
+    let mut work = Work::new(scene, config, &Unwatched);
     work.screen()?;
     let cut = work.cut(config.seabed.tile_m, 2, config.seabed.max_tiles, 0);
     let tiles = work.overlap(cut.tiles(&work.candidates(COARSE_SOUNDINGS)?))?;
@@ -189,7 +206,7 @@ const SCATTER: f64 = 1.3;
 const SMALL_STEP: f64 = 0.03;
 
 impl<'a> Work<'a> {
-    fn new(scene: &'a Scene, config: &'a JointSettings) -> Self {
+    fn new(scene: &'a Scene, config: &'a JointSettings, watch: &'a dyn Watch) -> Self {
         let states = States::new(&scene.lines, &scene.ins, scene.priors.line_height_m);
         Self {
             scene,
@@ -205,10 +222,12 @@ impl<'a> Work<'a> {
             scale: depth_scale(scene.typical_depth_m()),
             passes: vec![],
             rejected: 0,
+            watch,
         }
     }
 
     fn locator(&self) -> Result<Locator<'_>, JointError> {
+        self.watch.go_on()?;
         Locator::new(self.scene, &self.states, &self.values).ok_or(JointError::Profile)
     }
 
@@ -299,6 +318,7 @@ impl<'a> Work<'a> {
         let placed = |tile: &&Tile| Placed::new(self.scene, &locator, tile, &self.alive).points;
         let mut points: Vec<Points> = chosen.par_iter().map(placed).collect();
         for _ in 0..FIELD_ROUNDS {
+            self.watch.go_on()?;
             let before: usize = points.iter().map(|p| p.at_m.len()).sum();
             points.retain(|p| p.at_m.len() >= 12);
             let start = self.field;
@@ -358,6 +378,7 @@ impl<'a> Work<'a> {
         let mut tiles = vec![];
         let sought = self.sought(true);
         for pass in 0..self.config.seabed.max_passes {
+            self.watch.counted(pass, self.config.seabed.max_passes);
             if pass == 0 || pass == REDRAW {
                 let cut = self.cut(
                     self.config.seabed.tile_m,
@@ -412,10 +433,13 @@ impl<'a> Work<'a> {
     ) -> Result<Vec<Block>, JointError> {
         let locator = self.locator()?;
         let one = |tile: &Tile| {
+            self.watch.go_on().ok()?;
             let placed = Placed::new(self.scene, &locator, tile, &self.alive);
             block(&locator, &placed, &self.field, sought, part)
         };
-        Ok(tiles.par_iter().filter_map(one).collect())
+        let blocks = tiles.par_iter().filter_map(one).collect();
+        self.watch.go_on()?;
+        Ok(blocks)
     }
 
     fn normal(&self, blocks: &[Block], sought: &Sought) -> Normal {

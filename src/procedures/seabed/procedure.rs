@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::joint::{JointError, overlap};
 use super::layout::Layout;
-use super::run::{SeabedInput, calibrate};
+use super::run::{SeabedInput, calibrate_watched};
 use super::simulate::{Acts, SeabedTruth, simulate};
 use super::summary;
 use super::survey::{
@@ -95,8 +95,8 @@ impl Loaded for LoadedSeabed {
             joint: &config,
             reference: &self.file.reference,
         };
-        progress("calibrating");
-        let outcome = calibrate(&input);
+        progress.begin("calibrating")?;
+        let outcome = calibrate_watched(&input, progress)?;
         let provenance = provenance(&self.file, &self.inputs, settings)?;
         let mut result = summary::result(&outcome, &input, self.read, provenance);
         result.notes.extend(self.notes.iter().cloned());
@@ -109,14 +109,14 @@ impl Loaded for LoadedSeabed {
     }
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
-        progress("looking where the lines meet");
+        progress.begin("looking where the lines meet")?;
         let config = self.file.joint(settings.seed());
         let mut found = match overlap(&self.scene, &config) {
             Ok(met) => checked(self, &Layout::new(&self.scene, &met.tiles)),
             Err(error) => apart(self, &error),
         };
         if !self.recorders.is_empty() {
-            progress("georeferencing as the sounder did");
+            progress.begin("georeferencing as the sounder did")?;
             let own = Against::files(&self.recorders)?;
             found.text.push_str(&own.text());
             found.text.push_str(&noted(&self.notes));
@@ -272,7 +272,7 @@ impl ScenarioRun for SeabedRun {
         folder: &Path,
         progress: Progress<'_>,
     ) -> Result<Simulated, InputError> {
-        progress(&format!("simulating {} with seed {seed}", self.name()));
+        progress.begin(&format!("simulating {} with seed {seed}", self.name()))?;
         let survey = simulate(&self.0, seed, Acts::ALL);
         make_folder(folder)?;
         write::write(folder, &self.0, &survey)?;

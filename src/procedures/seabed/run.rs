@@ -1,13 +1,14 @@
 //! Both paths of a seabed calibration on one survey.
 
 use super::config::JointSettings;
-use super::joint::{Joint, JointError, Overlap, joint, overlap};
+use super::joint::{Joint, JointError, Overlap, joint, joint_watched, overlap};
 use super::layout::Layout;
 use super::reference::{Reference, ReferenceConfig, ReferenceError, features, patch_test};
 use super::scene::Scene;
 use super::states::States;
 use super::verdict::{Judgement, judge};
 use crate::calibrate::choices::Method;
+use crate::watch::{Stopped, Watch};
 
 /// A survey and how it is to be calibrated.
 pub struct SeabedInput<'a> {
@@ -55,6 +56,28 @@ fn by_reference(
 pub fn calibrate(input: &SeabedInput<'_>) -> SeabedOutcome {
     let scene = input.scene;
     let found = (input.method != Method::Reference).then(|| joint(scene, input.joint));
+    with_joint(input, found)
+}
+
+/// As [`calibrate`], watched.
+///
+/// # Errors
+/// [`Stopped`].
+pub fn calibrate_watched(
+    input: &SeabedInput<'_>,
+    watch: &dyn Watch,
+) -> Result<SeabedOutcome, Stopped> {
+    let joint = || joint_watched(input.scene, input.joint, watch);
+    let found = (input.method != Method::Reference).then(joint);
+    watch.go_on()?;
+    let outcome = with_joint(input, found);
+    watch.go_on()?;
+    Ok(outcome)
+}
+
+/// The reference path and the judgement beside the joint path.
+fn with_joint(input: &SeabedInput<'_>, found: Option<Result<Joint, JointError>>) -> SeabedOutcome {
+    let scene = input.scene;
     let met = match &found {
         Some(Ok(found)) => Ok(Overlap {
             alive: found.alive.clone(),

@@ -15,6 +15,7 @@ use crate::adjust::{
 use crate::calibrate::driver::{self, Model, Next, Pass, Schedule, Solved};
 use crate::calibrate::verdict::Doubted;
 use crate::observe::usbl::{ControlPoint, Role};
+use crate::watch::Unwatched;
 
 /// Names of the mounting's parameters, first in every covariance.
 pub const MOUNTING: [&str; 3] = ["pitch", "roll", "yaw"];
@@ -99,7 +100,7 @@ pub fn run(scene: &Scene, config: &JointConfig) -> Result<Option<JointOutcome>, 
         blocks,
         start,
     };
-    let solved = driver::run(&mut path)?;
+    let solved = driver::run(&mut path, &Unwatched)?;
     Ok(Some(path.outcome(solved)))
 }
 

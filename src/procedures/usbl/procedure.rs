@@ -76,9 +76,9 @@ impl Loaded for LoadedUsbl {
     ) -> Result<Finished, InputError> {
         let input = input(self, settings.method);
         let truth: Option<Truth> = truth.map(read_truth).transpose()?;
-        progress("calibrating");
+        progress.begin("calibrating")?;
         let outcome = calibrate(&input).map_err(InputError::unworkable)?;
-        progress("comparing and drawing");
+        progress.begin("comparing and drawing")?;
         let read = (self.fixes_read, self.fixes_dropped);
         let provenance = provenance(&self.file, &self.inputs, settings)?;
         let result = summary::result(&outcome, &input, read, &self.notes, provenance)?;
@@ -127,9 +127,9 @@ impl ScenarioRun for UsblRun {
         folder: &Path,
         progress: Progress<'_>,
     ) -> Result<Simulated, InputError> {
-        progress(&format!("simulating {} with seed {seed}", self.name()));
+        progress.begin(&format!("simulating {} with seed {seed}", self.name()))?;
         let survey = simulate(&self.read.scenario, seed).map_err(InputError::unworkable)?;
-        progress(&format!("writing {}", folder.display()));
+        progress.begin(&format!("writing {}", folder.display()))?;
         make_folder(folder)?;
         write_survey(folder, &self.read, &self.calibration, &survey)?;
         Ok(Simulated {

@@ -120,7 +120,9 @@ fn simulated(procedure: &dyn Procedure) -> tempfile::TempDir {
     let scenario = procedure
         .scenario(Path::new("scenario.toml"), &text)
         .expect("a scenario");
-    scenario.write(1, folder.path(), &|_| {}).expect("a survey");
+    scenario
+        .write(1, folder.path(), &boresight::watch::Unwatched)
+        .expect("a survey");
     folder
 }
 

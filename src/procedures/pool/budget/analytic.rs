@@ -17,6 +17,7 @@ use crate::procedures::pool::joint;
 use crate::procedures::pool::sequential::SequentialError;
 use crate::procedures::pool::{Method, PoolError, PoolInput, PoolOutcome, calibrate};
 use crate::simulate::{Scenario, SimulateError, Source, Sources, simulate};
+use crate::watch::Unwatched;
 
 /// What one source does to pitch, roll, yaw (rad), lx, ly, lz (m).
 #[allow(
@@ -170,7 +171,7 @@ fn propagated(
     truth: Option<Mounting>,
 ) -> Result<Analytic, AnalyticError> {
     let joint = input.joint;
-    let outcome = calibrate(input, &|_| {})?;
+    let outcome = calibrate(input, &Unwatched)?;
     let Some(found) = outcome.joint.as_ref().filter(|_| outcome.refusal.is_none()) else {
         let refusal = outcome.refusal.as_ref().map(ToString::to_string);
         return Err(AnalyticError::Refused {

@@ -24,6 +24,7 @@ use crate::procedures::pool::{
 use crate::results::{SourceDescription, Status, SwathResult};
 use crate::simulate::{Scenario, Simulated, Source, Truth, simulate};
 use crate::target::Target;
+use crate::watch::Unwatched;
 
 /// Name of the pool in files and results.
 const POOL: &str = "pool";
@@ -137,7 +138,7 @@ impl PoolTrials {
         let outcome = if true_ties {
             calibrate_with_true_ties(&input, &survey.struck, &further)
         } else {
-            calibrate_with(&input, &further, &|_| {})
+            calibrate_with(&input, &further, &Unwatched)
         };
         match outcome {
             Ok(outcome) => judged(seed, &outcome, &survey.truth),

@@ -1,0 +1,97 @@
+//! What an interrupted program does about its files: those that are getting their names get them all, those that are not yet done are
+//! taken away.
+
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+/// What would be left behind now.
+#[derive(Default)]
+struct Open {
+    /// Temporary files and folders.
+    temporary: Vec<PathBuf>,
+    /// Folders that were made for files to come.
+    made: Vec<PathBuf>,
+    /// Threads that are giving files their names.
+    naming: usize,
+    /// Whether the program ends.
+    ending: bool,
+}
+
+static OPEN: Mutex<Open> = Mutex::new(Open {
+    temporary: vec![],
+    made: vec![],
+    naming: 0,
+    ending: false,
+});
+static NAMED: Condvar = Condvar::new();
+
+thread_local! {
+    /// How deep this thread is in giving names.
+    static DEPTH: Cell<usize> = const { Cell::new(0) };
+}
+
+fn open() -> MutexGuard<'static, Open> {
+    OPEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Notes a temporary file or folder, to be taken away by [`abandon`].
+pub(super) fn temporary(path: &Path) {
+    open().temporary.push(path.to_owned());
+}
+
+/// Forgets a temporary file or folder.
+pub(super) fn done_with(path: &Path) {
+    open().temporary.retain(|other| other != path);
+}
+
+/// Notes a folder that was made.
+pub(super) fn made(path: &Path) {
+    open().made.push(path.to_owned());
+}
+
+/// Forgets folders that were made.
+pub(super) fn keeps(paths: &[PathBuf]) {
+    open().made.retain(|other| !paths.contains(other));
+}
+
+/// While it lives, files get their names and the program does not end; one that ends already lets nobody begin.
+pub(super) struct Naming;
+
+impl Naming {
+    pub(super) fn begin() -> Self {
+        let outermost = DEPTH.replace(DEPTH.get() + 1) == 0;
+        let mut open = open();
+        while open.ending && outermost {
+            open = NAMED.wait(open).unwrap_or_else(PoisonError::into_inner);
+        }
+        open.naming += 1;
+        Self
+    }
+}
+
+impl Drop for Naming {
+    fn drop(&mut self) {
+        DEPTH.set(DEPTH.get().saturating_sub(1));
+        open().naming -= 1;
+        NAMED.notify_all();
+    }
+}
+
+/// To be called before the program ends in the middle of its work: waits until files that are getting their names have them, takes away
+/// what is not done, and lets no further file get its name.
+pub fn abandon() {
+    let mut open = open();
+    open.ending = true;
+    while open.naming > 0 {
+        open = NAMED.wait(open).unwrap_or_else(PoisonError::into_inner);
+    }
+    for path in &open.temporary {
+        let _ = std::fs::remove_file(path);
+        let _ = std::fs::remove_dir_all(path);
+    }
+    for folder in open.made.iter().rev() {
+        // only when it is empty
+        let _ = std::fs::remove_dir(folder);
+    }
+}

@@ -1,0 +1,62 @@
+//! What a long job tells while it runs, and what it asks: whether it should stop.
+
+/// Somebody who watches a job. A closure `|step: &str| ...` is one that is told the steps and never stops the job.
+///
+/// It is called from whatever thread works on the job, so it should return at once. A job looks at [`Self::stopped`] before each of its
+/// steps and, in its long passes over the observations, at every some thousand of them; it then ends with an error and leaves nothing
+/// behind.
+pub trait Watch: Sync {
+    /// A step begins: what is being done, in words.
+    fn step(&self, what: &str);
+
+    /// How far the step is that was told last: `done` of `of` equal parts. A step may count anew as often as it passes over its
+    /// observations.
+    fn counted(&self, done: usize, of: usize) {
+        let _ = (done, of);
+    }
+
+    /// Whether the job should stop.
+    fn stopped(&self) -> bool {
+        false
+    }
+
+    /// An error once the job should stop.
+    ///
+    /// # Errors
+    /// [`Stopped`].
+    fn go_on(&self) -> Result<(), Stopped> {
+        match self.stopped() {
+            true => Err(Stopped),
+            false => Ok(()),
+        }
+    }
+
+    /// Tells a step, unless the job should stop.
+    ///
+    /// # Errors
+    /// [`Stopped`].
+    fn begin(&self, what: &str) -> Result<(), Stopped> {
+        self.go_on()?;
+        self.step(what);
+        Ok(())
+    }
+}
+
+impl<F: Fn(&str) + Sync> Watch for F {
+    fn step(&self, what: &str) {
+        self(what);
+    }
+}
+
+/// A job was stopped by whoever watches it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("stopped before it was done; nothing was written")]
+pub struct Stopped;
+
+/// Nobody watches.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unwatched;
+
+impl Watch for Unwatched {
+    fn step(&self, _: &str) {}
+}
