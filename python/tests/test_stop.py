@@ -74,6 +74,21 @@ def test_ctrl_c_ends_a_long_call_within_a_second(call: str, tmp_path: pathlib.Pa
         assert (tmp_path / "c" / "together.csv").read_bytes().endswith(b"\n")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="sends SIGINT")
+def test_ctrl_c_ends_the_command_as_it_ends_the_program(tmp_path: pathlib.Path) -> None:
+    program = pathlib.Path(sys.executable).parent / "boresight"
+    words = [str(program), "budget", str(THIN["pool"]), "--trials", "100000", "--threads", "1", "--out", str(tmp_path / "out")]
+    running = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+    ledger = tmp_path / "out" / "trials" / "together.csv"
+    deadline = time.monotonic() + 30
+    while time.monotonic() < deadline and not (ledger.exists() and ledger.read_bytes().count(b"\n") > 3):
+        time.sleep(0.05)
+    running.send_signal(signal.SIGINT)
+    _, said = running.communicate(timeout=30)
+    assert running.returncode == 130, said
+    assert "--resume" in said and ledger.read_bytes().endswith(b"\n")
+
+
 def test_progress_that_raises_stops_the_call(pool: bs.Survey) -> None:
     class Enough(Exception):
         pass
