@@ -29,6 +29,7 @@ from ._result import Finding, FoundMounting, Parameter, Result, Solution, read_r
 from ._survey import (
     Cloud,
     Preview,
+    Residuals,
     Simulated,
     SoundSpeed,
     Survey,
@@ -38,6 +39,7 @@ from ._survey import (
     demo,
     georeference,
     read_survey,
+    residuals,
     simulate,
 )
 from ._trials import Cell, Trials, read_trials
@@ -64,6 +66,7 @@ __all__ = [
     "Pose",
     "Preview",
     "Progress",
+    "Residuals",
     "Result",
     "Simulated",
     "Solution",
@@ -88,5 +91,6 @@ __all__ = [
     "read_result",
     "read_survey",
     "read_trials",
+    "residuals",
     "simulate",
 ]

@@ -95,6 +95,13 @@ class Survey:
         count: int,
         threads: int | None = None,
     ) -> npt.NDArray[np.float64]: ...
+    def residuals(
+        self,
+        method: str,
+        seed: int | None = None,
+        threads: int | None = None,
+        progress: _Progress | None = None,
+    ) -> dict[str, Any]: ...
     def cloud(
         self, model: Sequence[float], threads: int | None = None, progress: _Progress | None = None
     ) -> dict[str, Any] | None: ...

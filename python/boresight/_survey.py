@@ -476,6 +476,40 @@ def georeference(
 
 
 @dataclass(frozen=True, eq=False)
+class Residuals:
+    """Where the observations of one sensor of a pool survey lie, one row per observation in the survey's order."""
+
+    face: npt.NDArray[np.int16]
+    """Place of the face in ``faces``; -1 for an observation that the adjustment did not use."""
+    residual_m: npt.NDArray[np.float64]
+    """Distance from the adjusted face, positive outwards, metres; NaN for one that was not used."""
+    faces: tuple[str, ...]
+    """Names of the target's faces."""
+
+    def __len__(self) -> int:
+        return len(self.face)
+
+
+def residuals(
+    survey: Survey,
+    *,
+    sensor: Literal["soundings", "laser"] = "soundings",
+    method: Method = "both",
+    seed: int | None = None,
+    threads: int | None = None,
+    progress: ProgressCallback | None = None,
+) -> Residuals:
+    """Faces and residuals of a pool survey's observations under the solution that decides.
+
+    A result does not hold its observations: this calibrates the survey (again), with the same settings to the same end.
+    """
+    if sensor not in ("soundings", "laser"):
+        raise InputError.of([Fault("residuals", "sensor", repr(sensor), '"soundings" or "laser"')])
+    found = survey._handle.residuals(method, seed=seed, threads=threads, progress=told(progress))
+    return Residuals(found[f"{sensor}.face"], found[f"{sensor}.residual_m"], tuple(found["faces"]))
+
+
+@dataclass(frozen=True, eq=False)
 class Cloud:
     """All points of a survey, in order of time within each source."""
 

@@ -11,9 +11,11 @@ use boresight::observe::{
     GeodeticTrajectory, LaserCoordinates, LaserNoise, LaserScan, Mounting, Outside, SonarNoise,
     SoundSpeed, SoundSpeedProfile, SoundingRange, Soundings, TrajectoryNoise,
 };
-use boresight::procedures::pool::Scene;
-use boresight::procedures::pool::summary::residuals::sounding_point;
+use boresight::procedures::pool::procedure::input;
+use boresight::procedures::pool::summary::residuals::{Residuals, sounding_point};
 use boresight::procedures::pool::survey::{Arrays, LoadedSurvey, load, parse_target};
+use boresight::procedures::pool::ties::{Tie, TieSet};
+use boresight::procedures::pool::{Scene, calibrate};
 use boresight::procedures::{of_file, scenario, scenario_text};
 use boresight::watch::Watch;
 use boresight::{InputError, Loaded, Settings};
@@ -25,7 +27,7 @@ use rayon::prelude::*;
 use super::arrays::{Given, rows};
 use super::errors::Failure;
 use super::finished::Finished;
-use super::work::run;
+use super::work::{Caller, run};
 
 /// The procedure whose observations can be had as arrays.
 const POOL: &str = "pool";
@@ -237,6 +239,36 @@ impl Survey {
         rows(py, flat)
     }
 
+    /// Calibrates a pool survey and says of every sounding and return on which face it lies (-1: on none) and how far from it, outwards,
+    /// metres (NaN: nowhere); and the names of the faces.
+    #[pyo3(signature = (method, seed=None, threads=None, progress=None))]
+    fn residuals<'py>(
+        &self,
+        py: Python<'py>,
+        method: &str,
+        seed: Option<u64>,
+        threads: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (survey, procedure) = (self.shared(), self.procedure.clone());
+        let method = method.to_owned();
+        let (names, soundings, returns) = run(py, threads, progress, move |caller| {
+            let settings = settings(&method, seed, false, &procedure)?;
+            let Observed::Pool(survey) = &*survey.0 else {
+                let text = "residuals: found a survey of another procedure, expected a pool survey";
+                return Err(Failure::Refused(text.to_owned()));
+            };
+            on_faces(survey, &settings, caller)
+        })?;
+        let all = PyDict::new(py);
+        all.set_item("faces", names)?;
+        all.set_item("soundings.face", PyArray1::from_vec(py, soundings.0))?;
+        all.set_item("soundings.residual_m", PyArray1::from_vec(py, soundings.1))?;
+        all.set_item("laser.face", PyArray1::from_vec(py, returns.0))?;
+        all.set_item("laser.residual_m", PyArray1::from_vec(py, returns.1))?;
+        Ok(all)
+    }
+
     /// All points of a survey under a model, in order of time: geocentric metres (n, 3), seconds, source counted from 1, row in its
     /// file; and the names of the sources. `None` where the procedure's sensors give no points.
     #[pyo3(signature = (model, threads=None, progress=None))]
@@ -274,6 +306,41 @@ impl Survey {
         all.set_item("sources", sources)?;
         Ok(Some(all))
     }
+}
+
+/// Face and distance of every observation of one sensor.
+type OnFaces = (Vec<i16>, Vec<f64>);
+
+/// Names of the faces; soundings and returns on them under the solution that decides.
+fn on_faces(
+    survey: &LoadedSurvey,
+    settings: &Settings,
+    caller: &Caller<'_>,
+) -> Result<(Vec<String>, OnFaces, OnFaces), Failure> {
+    let input = input(survey, settings);
+    let outcome = calibrate(&input, caller).map_err(InputError::unworkable)?;
+    let residuals = Residuals::of(&outcome);
+    let model = residuals.models.joint.or(residuals.models.reference);
+    let of_sounding = |tie: &Tie| residuals.distance_m(&outcome, tie, model.as_ref()?);
+    let of_return = |tie: &Tie| {
+        let plane = residuals.faces[usize::from(tie.face)]?;
+        Some(plane.distance_m(&outcome.scene.laser_point(tie.row as usize)?.0))
+    };
+    let soundings = tied(survey.counts.soundings, &residuals.ties, &of_sounding);
+    let joint = outcome.joint.as_ref().map(|joint| &joint.returns);
+    let returns = joint.unwrap_or(&outcome.returns);
+    let returns = tied(survey.counts.laser, returns, &of_return);
+    let names = survey.target.faces.iter().map(|face| face.name.clone());
+    Ok((names.collect(), soundings, returns))
+}
+
+fn tied(rows: usize, ties: &TieSet, distance_m: &dyn Fn(&Tie) -> Option<f64>) -> OnFaces {
+    let (mut face, mut residual_m) = (vec![-1; rows], vec![f64::NAN; rows]);
+    for tie in &ties.ties {
+        face[tie.row as usize] = i16::try_from(tie.face).unwrap_or(i16::MAX);
+        residual_m[tie.row as usize] = distance_m(tie).unwrap_or(f64::NAN);
+    }
+    (face, residual_m)
 }
 
 /// Points by column.

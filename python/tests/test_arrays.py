@@ -234,6 +234,20 @@ def test_georeferenced_points_are_those_of_apply(
         bs.georeference(pool, sensor="beams")  # type: ignore[arg-type]
 
 
+def test_residuals_are_those_of_the_result(pool: bs.Survey, result: bs.Result) -> None:
+    for sensor, rows, key in [("soundings", pool.soundings, "soundings"), ("laser", pool.laser, "returns")]:
+        found = bs.residuals(pool, sensor=sensor)  # type: ignore[arg-type]
+        used = found.face >= 0
+        assert len(found) == len(rows)
+        assert used.sum() == result.counts[key]["used"] and np.isfinite(found.residual_m[used]).all()
+        assert np.isnan(found.residual_m[~used]).all() and found.face.max() < len(found.faces)
+        if sensor == "soundings":
+            rms = np.sqrt(np.mean(found.residual_m[used] ** 2))
+            assert rms == pytest.approx(result.to_dict()["residual_rms_m"]["joint"], rel=1e-9)
+    with pytest.raises(bs.InputError, match="expected a pool survey"):
+        bs.residuals(bs.simulate(bs.demo("usbl")).survey)
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_georeferencing_needs_memory_for_its_output_alone(pool: bs.Survey) -> None:
     s = pool.soundings
