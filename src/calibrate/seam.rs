@@ -86,12 +86,18 @@ pub trait Procedure: Sync {
 }
 
 /// A survey in memory.
-pub trait Loaded: Sync {
+pub trait Loaded: Send + Sync {
     /// The survey's name.
     fn name(&self) -> &str;
 
     /// Every file that was read, the survey file first, paths as they stand in the survey file.
     fn inputs(&self) -> &[InputFile];
+
+    /// The survey file with every default filled in, as it stands in a result's provenance.
+    ///
+    /// # Errors
+    /// [`InputError::Json`] for a value that has no JSON form, which none has.
+    fn configuration(&self) -> Result<Value, InputError>;
 
     /// Calibrates it; `truth` is the content of a simulated survey's `truth.json`.
     ///
@@ -130,7 +136,7 @@ pub trait Loaded: Sync {
 }
 
 /// A scenario.
-pub trait ScenarioRun: Sync {
+pub trait ScenarioRun: Send + Sync {
     /// Its name.
     fn name(&self) -> &str;
 

@@ -60,12 +60,18 @@ pub fn main() -> ExitCode {
 /// 130 stopped by Ctrl-C.
 #[must_use]
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    ExitCode::from(run_code(arguments))
+}
+
+/// As [`run`], with the exit code as a number, for programs that are started otherwise than by a shell.
+#[must_use]
+pub fn run_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(usage) => {
             // help and version end with 0, everything else with 2; a closed pipe is no reason to complain
             let _ = usage.print();
-            return ExitCode::from(usage.exit_code() as u8);
+            return usage.exit_code() as u8;
         }
     };
     let talk = Talk::new(&cli.common);
@@ -75,12 +81,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     interrupt::let_end();
     talk.finish();
     match ended {
-        Ok(Ending::Usable) => ExitCode::SUCCESS,
-        Ok(Ending::Unusable) => ExitCode::from(1),
-        Ok(Ending::Interrupted) => ExitCode::from(130),
+        Ok(Ending::Usable) => 0,
+        Ok(Ending::Unusable) => 1,
+        Ok(Ending::Interrupted) => 130,
         Err(error) => {
             talk.error(&error);
-            ExitCode::from(2)
+            2
         }
     }
 }

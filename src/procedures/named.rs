@@ -39,8 +39,16 @@ pub fn read(survey: &Path) -> Result<Box<dyn Loaded>, InputError> {
 /// # Errors
 /// As [`read`].
 pub fn scenario(file: &Path) -> Result<Box<dyn ScenarioRun>, InputError> {
-    let text = read_text(file)?;
-    of_text(file, &text)?.scenario(file, &text)
+    scenario_text(file, &read_text(file)?)
+}
+
+/// Reads the text of a scenario, of whichever procedure it names; `file` names it in messages, and files that it names are looked for
+/// beside it.
+///
+/// # Errors
+/// As [`read`].
+pub fn scenario_text(file: &Path, text: &str) -> Result<Box<dyn ScenarioRun>, InputError> {
+    of_text(file, text)?.scenario(file, text)
 }
 
 /// The procedure that a survey or scenario file names.

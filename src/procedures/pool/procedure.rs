@@ -90,6 +90,10 @@ impl Loaded for LoadedSurvey {
         &self.inputs
     }
 
+    fn configuration(&self) -> Result<Value, InputError> {
+        Ok(serde_json::to_value(&self.file)?)
+    }
+
     fn calibrate(
         &self,
         settings: &Settings,

@@ -75,6 +75,10 @@ impl Loaded for LoadedRail {
         &self.inputs
     }
 
+    fn configuration(&self) -> Result<Value, InputError> {
+        Ok(serde_json::to_value(&self.file)?)
+    }
+
     fn calibrate(
         &self,
         settings: &Settings,

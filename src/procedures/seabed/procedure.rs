@@ -77,6 +77,10 @@ impl Loaded for LoadedSeabed {
         &self.inputs
     }
 
+    fn configuration(&self) -> Result<Value, InputError> {
+        Ok(serde_json::to_value(&self.file)?)
+    }
+
     fn calibrate(
         &self,
         settings: &Settings,

@@ -64,6 +64,10 @@ impl Loaded for LoadedUsbl {
         &self.inputs
     }
 
+    fn configuration(&self) -> Result<Value, InputError> {
+        Ok(serde_json::to_value(&self.file)?)
+    }
+
     fn calibrate(
         &self,
         settings: &Settings,

@@ -349,7 +349,7 @@ fn compose(
 }
 
 /// What a report should repeat about the reading.
-fn notes(counts: &Counts, campaign: &Campaign) -> Vec<String> {
+pub(super) fn notes(counts: &Counts, campaign: &Campaign) -> Vec<String> {
     let mut notes = Vec::from_iter(week::passed("trajectory", &campaign.trajectory.time_s));
     let dropped = [
         ("laser returns", counts.laser_dropped, counts.laser),

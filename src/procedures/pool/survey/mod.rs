@@ -2,6 +2,7 @@
 //!
 //! [`load`](load()) reads a survey file and every file that it names.
 
+pub mod arrays;
 pub mod claims;
 pub mod file;
 pub(crate) mod keys;
@@ -11,6 +12,7 @@ mod rules;
 pub mod scenario;
 pub mod write;
 
+pub use arrays::Arrays;
 pub use file::SurveyFile;
 pub use load::{Counts, LoadedSurvey, load, parse_survey, parse_target, read_survey_file};
 pub use scenario::ScenarioFile;

@@ -1,0 +1,202 @@
+//! Long calls: on a thread of their own and in a pool of ours, so that the caller hears of progress and of Ctrl-C meanwhile.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use boresight::watch::Watch;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use rayon::ThreadPool;
+
+use super::errors::Failure;
+
+/// How often the caller looks for Ctrl-C.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// How long the caller waits for work that was told to stop; what does not look whether it should, goes on unseen and is dropped at its end.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// What the work tells its caller.
+enum Message<T> {
+    Step(Step),
+    Ended(Result<T, Failure>),
+}
+
+/// What is being done, how much of it is done, of how much; of 0 where nobody counts.
+pub type Step = (String, u64, u64);
+
+/// What the work sees of its caller: a [`Watch`].
+pub struct Caller<'a> {
+    /// Set when the call is to stop.
+    pub stop: &'a AtomicBool,
+    tell: &'a (dyn Fn(Step) + Sync),
+    /// The step that was told last.
+    step: Mutex<String>,
+}
+
+impl Watch for Caller<'_> {
+    fn step(&self, what: &str) {
+        what.clone_into(&mut self.step.lock().unwrap_or_else(PoisonError::into_inner));
+        (self.tell)((what.to_owned(), 0, 0));
+    }
+
+    fn counted(&self, done: usize, of: usize) {
+        let step = self.step.lock().unwrap_or_else(PoisonError::into_inner);
+        (self.tell)((step.clone(), done as u64, of as u64));
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.load(SeqCst)
+    }
+}
+
+impl Caller<'_> {
+    /// Says how much of something is done.
+    pub fn count(&self, what: &str, done: u64, of: u64) {
+        (self.tell)((what.to_owned(), done, of));
+    }
+}
+
+/// Runs work in a pool of so many threads, without holding the interpreter. `progress` is called on the caller's thread; what it
+/// raises, and Ctrl-C, stop the work and are raised.
+pub fn run<T: Send + 'static>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Caller<'_>) -> Result<T, Failure> + Send + 'static,
+) -> PyResult<T> {
+    let pool = pool(threads)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let (sender, mut receiver) = mpsc::channel();
+    let begun = begin(pool, Arc::clone(&stop), sender, work);
+    begun.map_err(|e| PyValueError::new_err(format!("no thread could be started: {e}")))?;
+    let mut said = None;
+    loop {
+        match hear(py, &mut receiver, &mut said, progress) {
+            Ok(None) => {}
+            Ok(Some(ended)) => return ended.map_err(|failure| failure.raise(py)),
+            Err(error) => {
+                stop.store(true, SeqCst);
+                py.detach(move || wait(&receiver));
+                return Err(error);
+            }
+        }
+    }
+}
+
+fn begin<T: Send + 'static>(
+    pool: Arc<ThreadPool>,
+    stop: Arc<AtomicBool>,
+    sender: Sender<Message<T>>,
+    work: impl FnOnce(&Caller<'_>) -> Result<T, Failure> + Send + 'static,
+) -> std::io::Result<()> {
+    let body = move || {
+        // nobody listens any more to a call that was given up
+        let tell = |step| drop(sender.send(Message::Step(step)));
+        let caller = Caller {
+            stop: &stop,
+            tell: &tell,
+            step: Mutex::default(),
+        };
+        let ended = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&caller))));
+        let ended = ended.unwrap_or_else(|panic| Err(Failure::Panic(words(&*panic))));
+        drop(sender.send(Message::Ended(ended)));
+    };
+    let thread = std::thread::Builder::new().name("boresight".to_owned());
+    thread.spawn(body).map(drop)
+}
+
+/// Waits for the next message and hands it on; the result when it was the last. Of several counts of one step that wait, a slow
+/// listener hears the last.
+fn hear<T: Send>(
+    py: Python<'_>,
+    receiver: &mut Receiver<Message<T>>,
+    said: &mut Option<Step>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Option<Result<T, Failure>>> {
+    let waited = &mut *receiver;
+    let first = py.detach(move || waited.recv_timeout(LOOK));
+    py.check_signals()?;
+    let mut say = |step: Step| -> PyResult<()> {
+        if let Some(progress) = progress.filter(|_| said.as_ref() != Some(&step)) {
+            progress.call1(step.clone())?;
+            *said = Some(step);
+        }
+        Ok(())
+    };
+    let mut next = match first {
+        Err(RecvTimeoutError::Timeout) => return Ok(None),
+        Err(RecvTimeoutError::Disconnected) => {
+            let text = "a thread ended without a word".to_owned();
+            return Ok(Some(Err(Failure::Panic(text))));
+        }
+        Ok(message) => message,
+    };
+    loop {
+        let step = match next {
+            Message::Ended(ended) => return Ok(Some(ended)),
+            Message::Step(step) => step,
+        };
+        let Ok(message) = receiver.try_recv() else {
+            say(step)?;
+            return Ok(None);
+        };
+        match &message {
+            Message::Step(newer) if newer.0 == step.0 && step.1 > 0 => {}
+            _ => say(step)?,
+        }
+        next = message;
+    }
+}
+
+/// Gives stopped work the time to end.
+fn wait<T>(receiver: &Receiver<Message<T>>) {
+    while let Ok(Message::Step(_)) = receiver.recv_timeout(PATIENCE) {}
+}
+
+fn words(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or(panic.downcast_ref::<&str>().copied());
+    format!(
+        "boresight failed inside: {}; this is a fault of the program, please report it",
+        text.unwrap_or("a panic without words")
+    )
+}
+
+/// The pool of the process, with the process that made it.
+static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// A pool of so many threads, or the one of the process. A forked child does not have the threads of its parent and gets a pool of its
+/// own; that of the parent is left alone there, as waiting for its threads would never end.
+fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
+    let make = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.map(Arc::new)
+            .map_err(|e| PyValueError::new_err(format!("threads: {e}")))
+    };
+    match threads {
+        Some(0) => Err(PyValueError::new_err(
+            "threads: found 0, expected 1 or more, or None for one per processor",
+        )),
+        Some(threads) => make(threads),
+        None => {
+            let process = std::process::id();
+            let mut kept = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some((_, pool)) = kept.as_ref().filter(|(owner, _)| *owner == process) {
+                return Ok(Arc::clone(pool));
+            }
+            let pool = make(0)?;
+            std::mem::forget(kept.replace((process, Arc::clone(&pool))));
+            Ok(pool)
+        }
+    }
+}
+
+/// Panics, so that a test can see what becomes of it.
+#[pyfunction]
+pub fn panic_for_tests(py: Python<'_>, message: String) -> PyResult<()> {
+    run(py, None, None, move |_| panic!("{message}"))
+}
