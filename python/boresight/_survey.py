@@ -6,7 +6,9 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import tempfile
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -433,10 +435,32 @@ def simulate(
     ``seed`` is the scenario's own unless it is given. :exc:`InputError` with everything that is wrong with the scenario.
     """
     file, text = scenario_file(scenario)
-    if folder is not None:
-        return _simulated(file, text, pathlib.Path(fspath(folder)), seed, progress)
-    with tempfile.TemporaryDirectory(prefix="boresight-") as made:
-        return _simulated(file, text, pathlib.Path(made), seed, progress)
+    if folder is None:
+        with tempfile.TemporaryDirectory(prefix="boresight-", ignore_cleanup_errors=True) as made:
+            return _simulated(file, text, pathlib.Path(made), seed, progress)
+    wanted = pathlib.Path(fspath(folder))
+    if wanted.exists() and not (wanted.is_dir() and not any(wanted.iterdir())):
+        raise InputError.of([Fault("simulate", "folder", f"{wanted} with something in it", "an empty or a new one")])
+    # all files or none: they become the folder when the last one is there
+    wanted.parent.mkdir(parents=True, exist_ok=True)
+    beside = pathlib.Path(tempfile.mkdtemp(prefix=".boresight-", suffix=".tmp", dir=wanted.parent))
+    try:
+        simulated = _simulated(file, text, beside / "survey", seed, progress)
+        if wanted.exists():
+            wanted.rmdir()
+        (beside / "survey").rename(wanted)
+        return simulated
+    finally:
+        _discard(beside)
+
+
+def _discard(folder: pathlib.Path) -> None:
+    """Removes a folder into which a stopped simulation may still be writing."""
+    for _ in range(20):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not folder.exists():
+            return
+        time.sleep(0.05)
 
 
 def _simulated(

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use boresight::calibrate::choices::Method;
 use boresight::calibrate::cloud::SensorModel;
-use boresight::formats::FormatError;
 use boresight::nalgebra::{Matrix3, Vector3};
 use boresight::observe::{
     GeodeticTrajectory, LaserCoordinates, LaserNoise, LaserScan, Mounting, Outside, SonarNoise,
@@ -588,7 +587,6 @@ pub fn simulate(
 ) -> PyResult<(String, Vec<(String, usize)>)> {
     run(py, None, progress, move |caller| {
         let run = scenario_of(&file, text.as_deref())?;
-        refuse_full(&folder)?;
         let made = run.write(seed.unwrap_or(run.seed()), &folder, caller)?;
         let counts = made.counts.iter().map(|c| (c.key.to_owned(), c.count));
         Ok((made.truth.to_string(), counts.collect()))
@@ -615,19 +613,4 @@ pub fn scenario_of(
         Some(text) => scenario_text(file, text)?,
         None => scenario(file)?,
     })
-}
-
-/// Nothing is written over what is there.
-fn refuse_full(folder: &Path) -> Result<(), Failure> {
-    match std::fs::read_dir(folder).map(|mut entries| entries.next().is_some()) {
-        Ok(true) => {
-            let folder = folder.display();
-            Err(Failure::Refused(format!(
-                "folder: found {folder} with files in it, expected an empty or a new one"
-            )))
-        }
-        Ok(false) => Ok(()),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
-        Err(error) => Err(InputError::from(FormatError::unwritable(folder, &error)).into()),
-    }
 }

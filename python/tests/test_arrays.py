@@ -235,10 +235,10 @@ def test_georeferenced_points_are_those_of_apply(
 
 
 def test_residuals_are_those_of_the_result(pool: bs.Survey, result: bs.Result) -> None:
-    for sensor, rows, key in [("soundings", pool.soundings, "soundings"), ("laser", pool.laser, "returns")]:
-        found = bs.residuals(pool, sensor=sensor)  # type: ignore[arg-type]
+    soundings, laser = bs.residuals(pool), bs.residuals(pool, sensor="laser")
+    for sensor, found, n, key in [("soundings", soundings, len(pool.soundings), "soundings"), ("laser", laser, len(pool.laser), "returns")]:
         used = found.face >= 0
-        assert len(found) == len(rows)
+        assert len(found) == n
         assert used.sum() == result.counts[key]["used"] and np.isfinite(found.residual_m[used]).all()
         assert np.isnan(found.residual_m[~used]).all() and found.face.max() < len(found.faces)
         if sensor == "soundings":

@@ -135,7 +135,7 @@ def test_a_simulation_is_the_command_s(procedure: str, surveys: Surveys, tmp_pat
 
 def test_a_simulation_writes_over_nothing(tmp_path: pathlib.Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
-    with pytest.raises(bs.InputError, match="expected an empty or a new one"):
+    with pytest.raises(bs.InputError, match="with something in it, expected an empty or a new one"):
         bs.simulate(THIN["usbl"], tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["mine.txt"]
 

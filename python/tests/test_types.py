@@ -30,8 +30,9 @@ def run(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("what", ["package", "tests and examples"])
-def test_everything_is_strictly_typed(what: str, tmp_path: pathlib.Path) -> None:
-    strict = ["mypy", "--strict", "--config-file", str(PYTHON / "pyproject.toml"), "--cache-dir", str(tmp_path)]
+def test_everything_is_strictly_typed(what: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    cache = tmp_path_factory.getbasetemp() / "mypy"
+    strict = ["mypy", "--strict", "--config-file", str(PYTHON / "pyproject.toml"), "--cache-dir", str(cache)]
     files = [*sorted((PYTHON / "tests").glob("*.py")), *sorted((PYTHON / "examples").glob("*.py"))]
     ended = run(*strict, *(["--package", "boresight"] if what == "package" else map(str, files)))
     assert ended.returncode == 0, ended.stdout + ended.stderr
