@@ -90,6 +90,7 @@ fn placed(file: &SurveyFile, arrays: Arrays) -> Result<(Campaign, Counts), Surve
         along_rad: soundings.along_rad,
         range: soundings.range,
         arrays: None,
+        notes: vec![],
     };
     let of_laser = Path::new("laser");
     let mut problems = Vec::from_iter(laser_problem(of_laser, &laser, file.lidar.coordinates));
