@@ -60,3 +60,15 @@ pub struct Unwatched;
 impl Watch for Unwatched {
     fn step(&self, _: &str) {}
 }
+
+/// Passes on whether the job should stop, and tells nothing of it.
+#[derive(Clone, Copy)]
+pub struct Silently<'a>(pub &'a dyn Watch);
+
+impl Watch for Silently<'_> {
+    fn step(&self, _: &str) {}
+
+    fn stopped(&self) -> bool {
+        self.0.stopped()
+    }
+}

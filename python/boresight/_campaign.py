@@ -81,8 +81,8 @@ class Campaign:
         """Runs what is missing in a folder of ledgers and reads them: the files of ``boresight budget``, byte by byte.
 
         On the threads of this process, or with a Dask ``client`` (``boresight[dask]``) on its workers, ``chunk`` trials a task; how,
-        where and in how many pieces a campaign was run leaves no trace. An interrupted run, by Ctrl-C or otherwise, goes on where it
-        ended; with ``resume=False`` an old one is refused. :exc:`LedgerError` for ledgers of anything else.
+        where and in how many pieces a campaign was run leaves no trace. Ctrl-C ends it when the trials that run
+        are finished; an interrupted run, so or otherwise, goes on where it ended; with ``resume=False`` an old one is refused. :exc:`LedgerError` for ledgers of anything else.
         """
         where = pathlib.Path(fspath(folder))
         done = self._handle.prepare(fspath(where), resume)

@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from distributed import KilledWorker
+
 from . import _core
 from ._campaign import Recipe, make
 from ._errors import BoresightError
@@ -24,8 +26,8 @@ if TYPE_CHECKING:
 
 #: tasks in flight for each thread of the workers; more would pile up behind a slow one
 AHEAD = 4
-#: a task is tried again this often; every task that was assigned to a dead worker counts
-RETRIES = 20
+#: the scheduler gives a task up when this many workers died that it was assigned to (three unless configured); that often it is asked again
+AGAIN = 20
 
 
 @lru_cache(maxsize=4)
@@ -79,25 +81,34 @@ def run(
     tasks = _tasks(cells, done, chunk)
     flight: deque[tuple[tuple[int, int, int], Any]] = deque()
 
+    def submitted(task: tuple[int, int, int], time: int = 0) -> Any:
+        cell, first, count = task
+        # the same task under the same name: who asks for it twice gets it once
+        key = f"boresight-{cells[cell][3]}-{recipe[5]}-{first}-{count}" + (f"-{time}" if time else "")
+        return client.submit(records, recipe, cell, first, count, key=key, pure=True)
+
+    def lines_of(task: tuple[int, int, int], future: Any) -> bytes:
+        for time in range(1, AGAIN + 1):
+            try:
+                return bytes(future.result())
+            except KilledWorker:
+                future = submitted(task, time)
+        return bytes(future.result())
+
     def begin() -> None:
         threads = sum(client.nthreads().values()) or 1
         while len(flight) < AHEAD * threads:
             task = next(tasks, None)
             if task is None:
                 return
-            cell, first, count = task
-            # the same task under the same name: who asks for it twice gets it once
-            key = f"boresight-{cells[cell][3]}-{recipe[5]}-{first}-{count}"
-            future = client.submit(records, recipe, cell, first, count, key=key, retries=RETRIES, pure=True)
-            flight.append((task, future))
+            flight.append((task, submitted(task)))
 
     try:
         begin()
         while flight:
-            (cell, _, count), future = flight.popleft()
-            lines = future.result()
-            future.release()
-            _append(folder / cells[cell][1], lines)
+            task, future = flight.popleft()
+            cell, _, count = task
+            _append(folder / cells[cell][1], lines_of(task, future))
             finished += count
             if progress is not None:
                 progress(Progress("trials", finished, of))

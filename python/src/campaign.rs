@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 
 use super::errors::Failure;
 use super::survey::{Survey, scenario_of};
-use super::work::run;
+use super::work::{run, run_to_its_end};
 
 /// What is to be tried.
 struct Plan {
@@ -126,7 +126,7 @@ impl Campaign {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<bool> {
         let plan = Arc::clone(&self.plan);
-        run(py, threads, progress, move |caller| {
+        run_to_its_end(py, threads, progress, move |caller| {
             plan.with(|experiment| {
                 let of = experiment.trials();
                 let said = |done: u64| caller.count("trials", done, of);

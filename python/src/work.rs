@@ -19,6 +19,9 @@ const LOOK: Duration = Duration::from_millis(50);
 /// How long the caller waits for work that was told to stop; what does not look whether it should, goes on unseen and is dropped at its end.
 const PATIENCE: Duration = Duration::from_millis(500);
 
+/// No trial takes longer.
+const FOR_EVER: Duration = Duration::from_secs(24 * 3600);
+
 /// What the work tells its caller.
 enum Message<T> {
     Step(Step),
@@ -68,6 +71,27 @@ pub fn run<T: Send + 'static>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Caller<'_>) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
+    begun(py, threads, progress, PATIENCE, work)
+}
+
+/// As [`run`], for work that writes into files of the caller's: once stopped it is waited for, so that nothing is written any more when
+/// the call has ended.
+pub fn run_to_its_end<T: Send + 'static>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Caller<'_>) -> Result<T, Failure> + Send + 'static,
+) -> PyResult<T> {
+    begun(py, threads, progress, FOR_EVER, work)
+}
+
+fn begun<T: Send + 'static>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+    patience: Duration,
+    work: impl FnOnce(&Caller<'_>) -> Result<T, Failure> + Send + 'static,
+) -> PyResult<T> {
     let pool = pool(threads)?;
     let stop = Arc::new(AtomicBool::new(false));
     let (sender, mut receiver) = mpsc::channel();
@@ -80,7 +104,7 @@ pub fn run<T: Send + 'static>(
             Ok(Some(ended)) => return ended.map_err(|failure| failure.raise(py)),
             Err(error) => {
                 stop.store(true, SeqCst);
-                py.detach(move || wait(&receiver));
+                py.detach(move || wait(&receiver, patience));
                 return Err(error);
             }
         }
@@ -153,8 +177,8 @@ fn hear<T: Send>(
 }
 
 /// Gives stopped work the time to end.
-fn wait<T>(receiver: &Receiver<Message<T>>) {
-    while let Ok(Message::Step(_)) = receiver.recv_timeout(PATIENCE) {}
+fn wait<T>(receiver: &Receiver<Message<T>>, patience: Duration) {
+    while let Ok(Message::Step(_)) = receiver.recv_timeout(patience) {}
 }
 
 fn words(panic: &(dyn std::any::Any + Send)) -> String {

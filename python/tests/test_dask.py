@@ -60,9 +60,13 @@ def test_the_ledgers_are_the_command_s(
     assert seen == sorted(seen) and seen[-1] == sum(campaign().cells.values())
 
 
-def test_a_killed_worker_leaves_no_trace(by_command: pathlib.Path, tmp_path: pathlib.Path) -> None:
+@pytest.mark.parametrize("allowed", [3, 0])
+def test_a_killed_worker_leaves_no_trace(allowed: int, by_command: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    """Also where the scheduler gives up tasks whose worker died."""
+    import dask
+
     chance = random.Random()
-    with cluster(2, 1) as client:
+    with dask.config.set({"distributed.scheduler.allowed-failures": allowed}), cluster(2, 1) as client:
         pids = list(client.run(os.getpid).values())
         killed = threading.Event()
         at = chance.randrange(5, sum(campaign().cells.values()) // 2)
@@ -72,7 +76,7 @@ def test_a_killed_worker_leaves_no_trace(by_command: pathlib.Path, tmp_path: pat
                 os.kill(chance.choice(pids), signal.SIGKILL)
                 killed.set()
 
-        campaign().run(tmp_path, client=client, chunk=2, progress=kill)
+        campaign().run(tmp_path, client=client, chunk=4, progress=kill)
         assert killed.is_set()
         assert ledgers(tmp_path) == ledgers(by_command), f"killed after {at} trials"
     # nothing is left running

@@ -106,6 +106,19 @@ def test_progress_that_raises_stops_the_call(pool: bs.Survey) -> None:
     assert bs.calibrate(pool).usable
 
 
+def test_nothing_is_written_any_more_when_a_campaign_was_stopped(tmp_path: pathlib.Path) -> None:
+    def enough(progress: bs.Progress) -> None:
+        raise InterruptedError
+
+    campaign = bs.Campaign(bs.demo("pool"), 6)
+    with pytest.raises(InterruptedError):
+        campaign.run(tmp_path, progress=enough)
+    kept = (tmp_path / "together.csv").read_bytes()
+    # longer than a trial takes
+    time.sleep(4)
+    assert (tmp_path / "together.csv").read_bytes() == kept
+
+
 def test_progress_may_call_boresight_again(pool: bs.Survey, result: bs.Result) -> None:
     found: list[bs.Result] = []
 

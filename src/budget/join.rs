@@ -23,6 +23,34 @@ pub enum JoinError {
     /// A ledger that cannot be used.
     #[error(transparent)]
     Ledger(#[from] LedgerError),
+    /// Trials of something else.
+    #[error(
+        "{}: its trials are of another {what}: found {found}, expected {expected}; leave this part out, or run it again as the others",
+        file.display()
+    )]
+    Other {
+        /// The ledger.
+        file: PathBuf,
+        /// What differs.
+        what: &'static str,
+        /// What the ledger says.
+        found: String,
+        /// What the command asks for.
+        expected: String,
+    },
+    /// Trials whose last digits are another machine's.
+    #[error(
+        "{}: its trials were computed where the last digits come out otherwise (numerics {found}, here {expected}); join where the parts were run, or run this part again here",
+        file.display()
+    )]
+    Numerics {
+        /// The ledger.
+        file: PathBuf,
+        /// Beginning of the ledger's fingerprint.
+        found: String,
+        /// Beginning of this build's.
+        expected: String,
+    },
     /// A sweep that cannot be run.
     #[error(transparent)]
     Vary(#[from] VaryError),
@@ -221,7 +249,7 @@ fn stretch(all: &Experiment<'_>, file: PathBuf, found: &Header) -> Result<Stretc
     };
     let mut header = all.header(cell);
     header.first_seed = found.first_seed;
-    let mut records = ledger::read(&file, &header)?;
+    let mut records = ledger::read(&file, &header).map_err(of_a_part)?;
     let mut count = 0;
     for trial in records.by_ref() {
         trial?;
@@ -236,6 +264,33 @@ fn stretch(all: &Experiment<'_>, file: PathBuf, found: &Header) -> Result<Stretc
         header,
         count,
     })
+}
+
+/// What a ledger's fault means where it is one part of many.
+fn of_a_part(error: LedgerError) -> JoinError {
+    match error {
+        LedgerError::Other {
+            file,
+            what,
+            found,
+            expected,
+        } => JoinError::Other {
+            file,
+            what,
+            found,
+            expected,
+        },
+        LedgerError::Numerics {
+            file,
+            found,
+            expected,
+        } => JoinError::Numerics {
+            file,
+            found,
+            expected,
+        },
+        other => other.into(),
+    }
 }
 
 /// Whether stretches in order follow one another from the first seed on.

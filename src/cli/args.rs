@@ -94,7 +94,7 @@ EXAMPLES
   On a cluster, 20 parts of 500 trials as an array job of Slurm (no seed twice):
     #SBATCH --array=0-19
     ID=$SLURM_ARRAY_TASK_ID
-    boresight budget scenario.toml --trials 500 --seed $((1 + 500 * ID)) \
+    boresight budget scenario.toml --trials 500 --seed $((1 + 500 * ID)) \\
       --only-trials --out part-$ID
   and then, on any one machine, what a single run of 10000 would have given:
     boresight budget scenario.toml --join part-* --out all

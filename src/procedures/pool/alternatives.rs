@@ -18,7 +18,7 @@ use crate::matching::{Patches, Water};
 use crate::math;
 use crate::observe::{Campaign, LaserScan, SoundingRange, Soundings};
 use crate::results::Finding;
-use crate::watch::Unwatched;
+use crate::watch::{Silently, Watch};
 
 /// Soundings and returns that are tried at the most.
 const SOUNDINGS: usize = 30_000;
@@ -39,15 +39,16 @@ struct Mistake {
     undo: Box<dyn Fn(&mut Survey)>,
 }
 
-/// Names the mistake that turns the misfit into a fit, if there is one.
+/// Names the mistake that turns the misfit into a fit, if there is one; nothing, and soon, once `watch` says that it should stop.
 #[must_use]
-pub fn named(input: &PoolInput) -> Option<Finding> {
+pub fn named(input: &PoolInput, watch: &dyn Watch) -> Option<Finding> {
     let survey = thinned(input);
     let first = look(&survey, input);
     let mut seen: Vec<(usize, f64)> = vec![];
     let mut all = mistakes(&survey);
     all.extend(misplaced(&survey, input));
     for (i, mistake) in all.iter().enumerate() {
+        watch.go_on().ok()?;
         let mut undone = survey.clone();
         (mistake.undo)(&mut undone);
         seen.push((i, look(&undone, input)));
@@ -61,11 +62,11 @@ pub fn named(input: &PoolInput) -> Option<Finding> {
         .map(|(i, _)| {
             let mut undone = survey.clone();
             (all[*i].undo)(&mut undone);
-            (all[*i].alternative.clone(), adjusted(&undone, input))
+            (all[*i].alternative.clone(), adjusted(&undone, input, watch))
         })
         .collect();
     best(
-        &adjusted(&survey, input),
+        &adjusted(&survey, input, watch),
         &tried,
         "each sensor's observations near the target",
     )
@@ -83,8 +84,11 @@ fn look(survey: &Survey, input: &PoolInput) -> f64 {
 }
 
 /// Shares and variance factor of the joint path on a thinned survey.
-fn adjusted(survey: &Survey, input: &PoolInput) -> Tried {
+fn adjusted(survey: &Survey, input: &PoolInput, watch: &dyn Watch) -> Tried {
     let nothing = Tried::default();
+    if watch.stopped() {
+        return nothing;
+    }
     let input = PoolInput {
         campaign: &survey.campaign,
         prior: &survey.prior,
@@ -132,7 +136,7 @@ fn adjusted(survey: &Survey, input: &PoolInput) -> Tried {
         variance_components: false,
         ..input.joint.clone()
     };
-    let Ok(found) = joint::run(&scene, &start, &mut surfaces, &config, &Unwatched) else {
+    let Ok(found) = joint::run(&scene, &start, &mut surfaces, &config, &Silently(watch)) else {
         return nothing;
     };
     let part = |used: usize, of: usize| {

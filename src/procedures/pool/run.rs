@@ -259,8 +259,9 @@ fn explained<'a>(
 ) -> Result<PoolOutcome<'a>, Stopped> {
     if outcome.refusal.is_some() && outcome.scene.struck.is_none() {
         progress.begin("trying signs, units and axes")?;
-        let mistake =
-            alternatives::named(input).map(|finding| Refusal::DoesNotFit(Box::new(finding)));
+        let mistake = alternatives::named(input, progress);
+        progress.go_on()?;
+        let mistake = mistake.map(|finding| Refusal::DoesNotFit(Box::new(finding)));
         outcome.refusal = mistake.or(outcome.refusal);
     }
     Ok(outcome)

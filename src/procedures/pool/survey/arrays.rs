@@ -441,7 +441,7 @@ mod tests {
         wrong.laser.x_m[7] = f64::NAN;
         wrong.soundings.across_rad[5] = 45.0;
         wrong.soundings.beam.pop();
-        let text = text.replace("[joint]", "[joint]\nlatncy = true");
+        let text = format!("{text}\n[joint]\nlatncy = true\n");
         let error = LoadedSurvey::from_arrays(&text, wrong)
             .expect_err("refused")
             .to_string();
