@@ -37,7 +37,10 @@ const FLOORS: [(&str, u8); 25] = [
 /// Neighbours on one floor of which the first builds on the second; never the other way round.
 /// The floor plan's prose does not name them: matching ties points to a target's faces, the simulator casts rays at them, and a
 /// procedure's own simulator knows its scene.
-const NEIGHBOURS: [(&str, &str); 4] = [
+const NEIGHBOURS: [(&str, &str); 6] = [
+    // distributions and rounding are made of functions of numbers
+    ("stats", "math"),
+    ("units", "math"),
     // its errors name files, lines and keys
     ("calibrate", "survey"),
     ("matching", "target"),
