@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::budget::in_words;
 use super::format::{finer, three_digits as digits};
+use crate::math;
 use crate::results::{BudgetResult, Figures, JOINT, PathBudget, SweepPoint};
 
 /// What is wanted, from figures in the units that tables show, by parameter in its own unit.
@@ -87,10 +88,7 @@ fn rms(path: &PathBudget) -> Option<Figures> {
         predicted.standard_deviation.as_ref()?,
     );
     let both = bias.iter().zip(sigma);
-    Some(
-        both.map(|(b, s)| Some(b.as_ref()?.hypot(*s.as_ref()?)))
-            .collect(),
-    )
+    Some(both.map(|(b, s)| Some(math::hypot((*b)?, (*s)?))).collect())
 }
 
 fn of_scenario(result: &BudgetResult) -> String {

@@ -401,7 +401,7 @@ fn the_command_writes_a_plan_as_json_table_and_page() {
     assert!(
         result
             .command
-            .contains("--crab -10,0 --wanted pitch=1,roll=0.015"),
+            .contains("--crab -10,0 --wanted pitch=1,lx=20 --most 2"),
         "{}",
         result.command
     );
