@@ -2,6 +2,7 @@
 //! taken away.
 
 use std::cell::Cell;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
@@ -35,9 +36,22 @@ fn open() -> MutexGuard<'static, Open> {
     OPEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Notes a temporary file or folder, to be taken away by [`abandon`].
-pub(super) fn temporary(path: &Path) {
-    open().temporary.push(path.to_owned());
+/// Makes a temporary file or folder and notes its path, to be taken away by [`abandon`]; while the program ends only a thread that is
+/// giving names makes another.
+///
+/// # Errors
+/// Those of `make`.
+pub(super) fn making<T>(
+    make: impl FnOnce() -> io::Result<T>,
+    path: impl FnOnce(&T) -> PathBuf,
+) -> io::Result<T> {
+    let mut open = open();
+    while open.ending && DEPTH.get() == 0 {
+        open = NAMED.wait(open).unwrap_or_else(PoisonError::into_inner);
+    }
+    let made = make()?;
+    open.temporary.push(path(&made));
+    Ok(made)
 }
 
 /// Forgets a temporary file or folder.

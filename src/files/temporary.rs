@@ -22,17 +22,19 @@ const FOLDER: &str = ".d";
 /// What the operating system says.
 pub fn new_in(folder: &Path) -> io::Result<NamedTempFile> {
     loop {
-        let file = tempfile::Builder::new()
-            .prefix(NAME.0)
-            .suffix(NAME.1)
-            .tempfile_in(folder)
-            .map_err(bare)?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(NAME.0).suffix(NAME.1);
+        let file = gate::making(
+            || builder.tempfile_in(folder),
+            |file| file.path().to_owned(),
+        );
+        let file = file.map_err(bare)?;
         // where locks do not exist, nobody sweeps either
         let _ = file.as_file().lock();
         if file.path().exists() {
-            gate::temporary(file.path());
             return Ok(file);
         }
+        gate::done_with(file.path());
     }
 }
 
@@ -59,8 +61,7 @@ impl TemporaryFolder {
     pub fn new_in(folder: &Path) -> io::Result<Self> {
         let lock = new_in(folder)?;
         let path = folder_of(lock.path());
-        gate::temporary(&path);
-        std::fs::create_dir(&path)?;
+        gate::making(|| std::fs::create_dir(&path), |()| path.clone())?;
         Ok(Self { path, _lock: lock })
     }
 
