@@ -21,6 +21,7 @@ mod common;
 #[cfg(feature = "cli")]
 mod compare;
 mod coordinates;
+mod dependencies;
 mod foreign_bytes;
 mod formats;
 #[cfg(feature = "cli")]
