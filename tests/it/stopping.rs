@@ -115,14 +115,14 @@ mod command {
     fn ctrl_c_ends_every_command_at_once_and_leaves_nothing_half_done() {
         let (folder, survey) = thin("three-pass-thin.toml");
         let [survey, place] = [&survey, folder.path()].map(|p| p.to_string_lossy().into_owned());
-        let scenario = format!(
-            "{}/models/scenarios/three-pass-thin.toml",
-            env!("CARGO_MANIFEST_DIR")
-        );
+        let scenarios = format!("{}/models/scenarios", env!("CARGO_MANIFEST_DIR"));
+        let scenario = format!("{scenarios}/three-pass-thin.toml");
+        // the thinned one is simulated before anybody could stop it
+        let large = format!("{scenarios}/prototype.toml");
         let commands: [&[&str]; 5] = [
             &["calibrate", &survey, "--out", "out"],
             &["check", &survey],
-            &["simulate", &scenario, "--out", "out"],
+            &["simulate", &large, "--out", "out"],
             &["plan", &scenario, "--out", "out"],
             &["demo", "--out", "out"],
         ];
