@@ -537,7 +537,7 @@ pub struct Budget {
     #[arg(long, value_name = "M", requires = "trials", value_parser = clap::value_parser!(u64).range(2..=1_000_000_000))]
     pub single: Option<u64>,
     /// First seed; the others follow it
-    #[arg(long, value_name = "FIRST", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=(1 << 62)))]
+    #[arg(long, value_name = "FIRST", default_value_t = 1, conflicts_with = "join", value_parser = clap::value_parser!(u64).range(0..=(1 << 62)))]
     pub seed: u64,
     /// A scenario value over a range, KEY=from:to:step or KEY=a,b,c; with N trials at each, without --trials by propagation; once or
     /// twice

@@ -90,13 +90,15 @@ impl Faults {
         if droppable && invalid == Some(Invalid::Drop) {
             let name = self.file.file_name().unwrap_or_default().to_string_lossy();
             let (place, found) = (&first.place, &first.found);
+            let were = if faulty == 1 { "was" } else { "were" };
             return Ok(Some(format!(
-                "{name}: {faulty} of {rows} rows are invalid and were left out; the first: {place}: found {found}"
+                "{name}: {faulty} of {rows} rows {were} invalid and left out; the first: {place}: found {found}"
             )));
         }
         let mut others: Vec<FormatError> = faults.collect();
         let shown = 1 + others.len();
-        let mut found = format!("{faulty} faulty rows of {rows}");
+        let noun = if faulty == 1 { "row" } else { "rows" };
+        let mut found = format!("{faulty} faulty {noun} of {rows}");
         if shown < faulty {
             found.push_str(&format!(", of which these are the first {shown}"));
         }
@@ -172,7 +174,7 @@ mod tests {
         let note = met(1000, 50).end(Some(Invalid::Drop)).expect("5 %");
         let note = note.expect("a note");
         assert!(
-            note.starts_with("some.csv: 50 of 1000 rows are invalid"),
+            note.starts_with("some.csv: 50 of 1000 rows were invalid"),
             "{note}"
         );
         let said = met(1000, 51).end(Some(Invalid::Drop)).expect_err("more");

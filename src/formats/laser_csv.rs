@@ -51,12 +51,12 @@ pub fn read_from(
         if records.is_empty() {
             reserve(&mut records, table.expected_rows());
         }
-        let time_s = table.time(0, records.time_s.last().copied(), false)?;
         let coordinate = |column| table.number(column, &COORDINATE);
         let (x, y, z) = (coordinate(1)?, coordinate(2)?, coordinate(3)?);
         if (x, y, z) == (0.0, 0.0, 0.0) {
             return Err(table.fault(FaultKind::BadValue, 1, "0,0,0".to_owned(), A_RETURN));
         }
+        let time_s = table.time(0, records.time_s.last().copied(), false)?;
         records.time_s.push(time_s);
         records.x_m.push(x);
         records.y_m.push(y);

@@ -105,11 +105,11 @@ pub fn read_from(
         if records.is_empty() {
             reserve(&mut records, &mut range, table.expected_rows());
         }
-        let time_s = table.time(0, records.time_s.last().copied(), false)?;
         let (ping, beam) = (table.count(1)?, table.count(2)?);
         let across_rad = radians(table.number(across, &ANGLE)?);
         let along_rad = radians(table.number(along, &ALONG)?);
         let distance = table.number(column, limits)?;
+        let time_s = table.time(0, records.time_s.last().copied(), false)?;
         if cones {
             array_row(table, &mut arrays)?;
         }

@@ -36,6 +36,9 @@ impl Limits {
     }
 }
 
+/// Columns that may hold dates.
+const TIMES: [&str; 3] = ["time_s", "from_s", "to_s"];
+
 /// A file whose begin has been looked at.
 type Begun<R> = Chain<Cursor<Vec<u8>>, R>;
 
@@ -151,6 +154,23 @@ impl<R: Read> Table<R> {
             .reader
             .read_byte_record(&mut self.row)
             .map_err(|e| translate(&self.file, &e, &self.row, self.separator))?;
+        if more && self.row.as_slice().contains(&b'\n') {
+            let place = Place::Line {
+                line: self.row.position().map_or(0, csv::Position::line),
+                column: String::new(),
+            };
+            let (found, expected) = (
+                "a quotation mark that opens here and runs on over the next lines",
+                "it closed on its line",
+            );
+            return Err(FormatError::new(
+                FaultKind::Truncated,
+                &self.file,
+                place,
+                found,
+                expected,
+            ));
+        }
         if more && self.expected_rows == 0 {
             let length = self.row.as_slice().len() + self.row.len();
             self.expected_rows = (self.size / length.max(2) as u64) as usize + 1;
@@ -178,7 +198,9 @@ impl<R: Read> Table<R> {
         };
         match parse(field).or_else(|| self.with_decimal_comma(field)) {
             Some(value) if limits.contain(value) => Ok(Some(value)),
-            None if is_date(field) && self.names[column] == "time_s" => self.date(field, column),
+            None if is_date(field) && TIMES.contains(&self.names[column]) => {
+                self.date(field, column)
+            }
             _ => Err(self.bad_value(column, limits.expected)),
         }
     }
@@ -477,6 +499,22 @@ mod tests {
     fn dates_are_times() {
         let read = first("time_s,ping\n2026-06-12T08:30:15.25Z,1\n");
         assert_eq!(read, Ok((1_781_253_015.25, 1)));
+    }
+
+    #[test]
+    fn a_quotation_mark_left_open_swallows_no_rows() {
+        let rows = "1,2\n".repeat(400);
+        let text = format!("time_s,ping\n{rows}\"3,4\n{rows}");
+        let (file, size) = (Path::new("x.csv"), text.len() as u64);
+        let mut table =
+            Table::open(file, text.as_bytes(), size, &["time_s", "ping"], &[]).expect("a table");
+        let read = table.each(Some(super::super::Invalid::Drop), |row| {
+            row.number(0, &Limits::FINITE).map(drop)
+        });
+        let said = read.expect_err("refused").to_string();
+        assert!(said.contains("line 402: found a quotation mark"), "{said}");
+        let closed = first("\"time_s\",\"ping\"\n\"1.5\",\"12\"\n");
+        assert_eq!(closed, Ok((1.5, 12)));
     }
 
     #[test]

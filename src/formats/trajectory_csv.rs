@@ -113,11 +113,11 @@ fn reserve(records: &mut TrajectoryRecords, rows: usize) {
 }
 
 fn push_row<R: Read>(table: &Table<R>, records: &mut TrajectoryRecords) -> Result<(), FormatError> {
-    let time_s = table.time(0, records.time_s.last().copied(), true)?;
     let angle = |column, limits| table.number(column, limits).map(radians);
     let (latitude, longitude) = (angle(1, &LATITUDE)?, angle(2, &LONGITUDE)?);
     let height_m = table.number(3, &HEIGHT)?;
     let (roll, pitch, heading) = (angle(4, &ROLL)?, angle(5, &PITCH)?, angle(6, &HEADING)?);
+    let time_s = table.time(0, records.time_s.last().copied(), true)?;
     if let Some(velocity) = &mut records.velocity_m_s {
         let speed = |column| table.number(column, &SPEED);
         velocity.push([speed(7)?, speed(8)?, speed(9)?]);

@@ -136,12 +136,12 @@ pub fn read_from(
         notes: vec![],
     };
     let left_out = table.each(Some(invalid), |table| {
-        let time_s = table.time(0, records.time_s.last().copied(), false)?;
         let beacon = table.text(1)?;
         if beacon.is_empty() {
             return Err(table.bad_value(1, "the name of a beacon"));
         }
         let (range, direction) = place(table, &records)?;
+        let time_s = table.time(0, records.time_s.last().copied(), false)?;
         records.beacon.push(beacon.to_owned());
         records.time_s.push(time_s);
         records.range.push(range);

@@ -5,6 +5,9 @@ pub const WEEK_S: f64 = 604_800.0;
 /// A fall of more than this is a week's end, not another order of rows.
 const FALL_S: f64 = 0.5 * WEEK_S;
 
+/// A week ends within so much after the last time before it and before the first behind it; a fall elsewhere is a stray time.
+const NIGHT_S: f64 = 43_200.0;
+
 /// The time that follows `before`: as it is, or counted on where the seconds of the week fell to zero in between.
 ///
 /// Only seconds of one week are taken for such (`before` below two weeks, `time_s` within one): a fall of any other clock stays a fall.
@@ -12,7 +15,12 @@ const FALL_S: f64 = 0.5 * WEEK_S;
 pub fn following(before: Option<f64>, time_s: f64) -> f64 {
     match before {
         Some(b) if b < 2.0 * WEEK_S && (0.0..WEEK_S).contains(&time_s) && b - time_s > FALL_S => {
-            time_s + ((b - time_s) / WEEK_S).round() * WEEK_S
+            let counted_on = b >= WEEK_S;
+            let at_the_end = b > WEEK_S - NIGHT_S && time_s < NIGHT_S;
+            match counted_on || at_the_end {
+                true => time_s + ((b - time_s) / WEEK_S).round() * WEEK_S,
+                false => time_s,
+            }
         }
         _ => time_s,
     }
@@ -50,6 +58,12 @@ pub fn passed(what: &str, time_s: &[f64]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_stray_time_is_no_week_s_end() {
+        assert_eq!(following(Some(400_000.0), 1006.0), 1006.0);
+        assert_eq!(following(Some(604_799.0), 50_000.0), 50_000.0);
+    }
 
     #[test]
     fn seconds_of_the_week_are_counted_on() {

@@ -23,9 +23,16 @@ pub fn goals(
         let parameter = result.parameters.iter().find(|p| p.name == *name);
         let parameter =
             parameter.ok_or_else(|| format!("found \"{name}\", expected one of {}", names()))?;
-        Ok((name.clone(), figure / finer(&parameter.unit).1))
+        Ok::<_, String>((name.clone(), figure / finer(&parameter.unit).1))
     };
-    figures.iter().map(goal).collect()
+    let mut goals = BTreeMap::new();
+    for figure in figures {
+        let (name, value) = goal(figure)?;
+        if goals.insert(name, value).is_some() {
+            return Err(format!("found \"{}\" twice, expected it once", figure.0));
+        }
+    }
+    Ok(goals)
 }
 
 /// The answer for the joint path in a sentence or two; nothing where nothing was wanted.
@@ -42,7 +49,7 @@ pub fn answer(result: &BudgetResult) -> Option<String> {
         }
         None => of_scenario(result),
     };
-    Some(format!("{goal} {rest}"))
+    Some(format!("{goal} {rest}{}", basis(result)))
 }
 
 /// "yaw 0.01 deg, lx 1 mm".
@@ -89,6 +96,25 @@ fn rms(path: &PathBudget) -> Option<Figures> {
     );
     let both = bias.iter().zip(sigma);
     Some(both.map(|(b, s)| Some(math::hypot((*b)?, (*s)?))).collect())
+}
+
+/// On how many trials the answer stands; nothing where it is propagation's.
+fn basis(result: &BudgetResult) -> String {
+    let trials = result
+        .sweep
+        .as_ref()
+        .map_or(result.trials, |sweep| sweep.trials);
+    let joint = result.paths.iter().find(|p| p.path == JOINT);
+    let usable = joint.and_then(|p| p.together.as_ref()).map(|t| t.usable);
+    let of = |usable: u64| match (trials, usable) {
+        (0, _) => String::new(),
+        (_, 0..=1) => format!(" By {usable} usable of {trials} trials, which decides nothing."),
+        _ => {
+            let one = 100.0 / (2.0 * (usable - 1) as f64).sqrt();
+            format!(" By {usable} usable of {trials} trials: a figure is good to {one:.0} %.")
+        }
+    };
+    usable.map_or_else(String::new, of)
 }
 
 fn of_scenario(result: &BudgetResult) -> String {

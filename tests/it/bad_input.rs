@@ -320,7 +320,7 @@ fn rows_that_cannot_be_are_counted_or_left_out() {
         "{said}"
     );
     assert!(
-        said.contains("trajectory.csv: whole file: found 1 faulty rows of "),
+        said.contains("trajectory.csv: whole file: found 1 faulty row of "),
         "{said}"
     );
     let shown = said.lines().filter(|l| l.contains("multibeam.csv: line "));

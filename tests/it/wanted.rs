@@ -58,11 +58,27 @@ fn a_budget_without_a_sweep_answers_too() {
 }
 
 #[test]
+fn an_answer_by_trials_says_how_good_it_is() {
+    let (_, said, _) = budget(&["--trials", "3", "--wanted", "yaw=5"]);
+    assert!(
+        said.contains(
+            "The joint path reaches it. By 3 usable of 3 trials: a figure is good to 50 %."
+        ),
+        "{said}"
+    );
+}
+
+#[test]
 fn a_wanted_of_nothing_that_is_estimated_is_refused() {
     let (code, _, said) = budget(&["--wanted", "heading=0.2"]);
     assert_eq!(code, Some(2));
     assert!(
         said.contains("--wanted: found \"heading\", expected one of pitch, roll, yaw"),
+        "{said}"
+    );
+    let (code, _, said) = budget(&["--wanted", "yaw=1,yaw=2"]);
+    assert!(
+        code == Some(2) && said.contains("found \"yaw\" twice"),
         "{said}"
     );
     let (code, _, said) = budget(&["--wanted", "yaw=-1"]);

@@ -78,11 +78,13 @@ pub fn from_iso(text: &str) -> Option<f64> {
     let mut clock = clock.split(':');
     let (hour, minute) = (digits(clock.next()?)?, digits(clock.next()?)?);
     let second = clock.next().unwrap_or("0");
-    if clock.next().is_some() || !second.bytes().all(|b| b.is_ascii_digit() || b == b'.') {
+    let number = second.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    if clock.next().is_some() || !number || second.starts_with('.') {
         return None;
     }
     let second: f64 = second.parse().ok()?;
-    if hour > 24 || minute > 59 || second >= 61.0 {
+    let midnight = hour == 24 && minute == 0 && second == 0.0;
+    if (hour > 23 && !midnight) || minute > 59 || second >= 61.0 {
         return None;
     }
     let of_day_s = f64::from(3600 * hour + 60 * minute) - shift_s;
@@ -225,6 +227,8 @@ mod tests {
             "2026-06-12T08:30:75",
             "2026-06-12T08:30:15+99:00",
             "2026-06-12T08:30:15:00",
+            "2026-06-12T24:30:00Z",
+            "2026-06-12T08:30:.5",
             "2026-06-12TT8:30:15",
             "2026-06-12T08:30:1e1",
             "",

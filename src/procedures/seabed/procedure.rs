@@ -119,10 +119,10 @@ impl Loaded for LoadedSeabed {
             progress.begin("georeferencing as the sounder did")?;
             let own = Against::files(&self.recorders)?;
             found.text.push_str(&own.text());
-            found.text.push_str(&noted(&self.notes));
             found.json["own_solution"] = own.json();
-            found.json["notes"] = json!(self.notes);
         }
+        found.text.push_str(&noted(&self.notes));
+        found.json["notes"] = json!(self.notes);
         Ok(found)
     }
 }

@@ -98,6 +98,7 @@ fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, Su
     let records = at_reference(records, &arm_m, file.site.ellipsoid);
     let scene = scene(&file, records, &[cast], &observed);
     none_of(clock_problems(&scene, &observed, &soundings))?;
+    notes.extend(uncovered(&scene));
     Ok(LoadedSeabed {
         file,
         scene,
