@@ -150,32 +150,28 @@ impl<R: Read> Table<R> {
     /// # Errors
     /// [`FormatError`] when the row has another number of fields than the header, or reading fails.
     pub fn next_row(&mut self) -> Result<bool, FormatError> {
-        let more = self
-            .reader
-            .read_byte_record(&mut self.row)
-            .map_err(|e| translate(&self.file, &e, &self.row, self.separator))?;
-        if more && self.row.as_slice().contains(&b'\n') {
-            let place = Place::Line {
-                line: self.row.position().map_or(0, csv::Position::line),
-                column: String::new(),
-            };
-            let (found, expected) = (
-                "a quotation mark that opens here and runs on over the next lines",
-                "it closed on its line",
-            );
-            return Err(FormatError::new(
-                FaultKind::Truncated,
-                &self.file,
-                place,
-                found,
-                expected,
-            ));
+        let read = self.reader.read_byte_record(&mut self.row);
+        // whether or not the fields happen to be as many as the header's
+        if self.row.as_slice().contains(&b'\n') {
+            return Err(self.left_open());
         }
+        let more = read.map_err(|e| translate(&self.file, &e, &self.row, self.separator))?;
         if more && self.expected_rows == 0 {
             let length = self.row.as_slice().len() + self.row.len();
             self.expected_rows = (self.size / length.max(2) as u64) as usize + 1;
         }
         Ok(more)
+    }
+
+    /// The error that a quotation mark swallows lines: of the file, not of a row, since nobody knows how many rows it hides.
+    fn left_open(&self) -> FormatError {
+        let place = Place::Line {
+            line: self.row.position().map_or(0, csv::Position::line),
+            column: String::new(),
+        };
+        let found = "a quotation mark that opens here and runs on over the next lines";
+        let expected = "it closed on its line";
+        FormatError::new(FaultKind::Truncated, &self.file, place, found, expected)
     }
 
     /// Estimated number of rows, known from the first row on.
