@@ -1,5 +1,6 @@
 //! Planning without data, against calibrations of simulated surveys and against itself.
 
+use boresight::calibrate::planning::PlanAsk;
 use boresight::calibrate::tried::{Acting, Tried};
 use boresight::calibrate::vary::{Point, Vary, at, points};
 use boresight::procedures::pool::JointConfig;
@@ -368,6 +369,36 @@ fn command(arguments: &[&str], out: &std::path::Path) -> std::process::Output {
         .arg(out)
         .args(arguments);
     command.output().expect("a run")
+}
+
+/// A scenario may name its target's file, which stands beside it.
+#[test]
+fn a_target_beside_the_scenario_is_planned_on_like_one_within() {
+    let within = include_str!("../../models/scenarios/single-pass-thin.toml");
+    let (before, rest) = within.split_once("[target.model]\n").expect("a model");
+    let (model, after) = rest.split_once("\n[basin]").expect("a section behind it");
+    let named = before.replace("[target]\n", "[target]\nmodel = \"wall.toml\"\n");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("scenario.toml");
+    std::fs::write(folder.path().join("wall.toml"), model).expect("written");
+    let pool = boresight::procedures::find("pool").expect("a procedure");
+    let ask = PlanAsk {
+        distances_m: vec![6.0],
+        speeds_m_s: vec![],
+        crabs_deg: vec![],
+        both_directions: false,
+        keep_passes: true,
+        criterion: PlanCriterion::D,
+        wanted: vec![],
+        most: 1,
+        vary: vec![],
+    };
+    let plan = |text: &str| {
+        let planner = pool.planner(&file, text, &ask).expect("a scenario");
+        let plan = planner.expect("a pool is planned").plan(&|| {});
+        plan.expect("a plan").chosen
+    };
+    assert_eq!(plan(&format!("{named}[basin]{after}")), plan(within));
 }
 
 #[test]

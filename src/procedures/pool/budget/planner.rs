@@ -44,7 +44,7 @@ pub fn planner(file: &Path, text: &str, ask: &PlanAsk) -> Result<Box<dyn Planner
     let (scenario, config) = if sailed_for_real {
         of_survey(file)?
     } else {
-        let read = scenario::from_text(file, text)?;
+        let read = scenario::beside(file, text)?;
         let joint = read.calibration(file)?.joint;
         (read.scenario, joint)
     };
