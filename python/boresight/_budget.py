@@ -19,24 +19,27 @@ from ._survey import Survey, scenario_file
 Path = str | PathLike[str]
 
 _SIX = ("pitch", "roll", "yaw", "lx", "ly", "lz")
-_BEST_PUBLISHED = (0.015, 0.015, 0.015, 0.0012, 0.0012, 0.0012)
 
 
-class Budget:
-    """What each error source costs, by propagation; angles in degrees, lengths in metres."""
+class _Written:
+    """A JSON file of the command's."""
 
     def __init__(self, data: bytes) -> None:
         self._bytes = data
         self._keys: dict[str, Any] = json.loads(data)
 
     def to_json(self) -> bytes:
-        """As ``boresight budget`` writes it, but for the command."""
+        """As the command writes it, but for the command."""
         return self._bytes
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain Python, a copy."""
         found: dict[str, Any] = json.loads(self._bytes)
         return found
+
+
+class Budget(_Written):
+    """What each error source costs, by propagation; angles in degrees, lengths in metres."""
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -103,21 +106,8 @@ def budget(
     return Budget(_core.budget(file, text, core, depths, seed, progress=told(progress)))
 
 
-class Plan:
+class Plan(_Written):
     """Which passes to sail next; angles in degrees, lengths in metres."""
-
-    def __init__(self, data: bytes) -> None:
-        self._bytes = data
-        self._keys: dict[str, Any] = json.loads(data)
-
-    def to_json(self) -> bytes:
-        """As ``boresight plan`` writes it, but for the command."""
-        return self._bytes
-
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain Python, a copy."""
-        found: dict[str, Any] = json.loads(self._bytes)
-        return found
 
     @property
     def passes_needed(self) -> int | None:
@@ -161,14 +151,14 @@ def plan(
     """
     file, text = scenario_file(scenario)
     faults = []
-    values = dict(zip(_SIX, _BEST_PUBLISHED, strict=True))
+    goals = []
     for name, value in (wanted or {}).items():
-        if name not in values:
+        if name not in _SIX:
             faults.append(Fault("plan", f"wanted[{name!r}]", "no such parameter", f"one of {', '.join(_SIX)}"))
         elif not (math.isfinite(value) and value > 0):
             faults.append(Fault("plan", f"wanted[{name!r}]", str(value), "a number above 0"))
         else:
-            values[name] = float(value)
+            goals.append((name, float(value) if name in _SIX[:3] else 1e3 * float(value)))
     for name, numbers, between, expected in (
         ("distances_m", distances_m, (0.0, math.inf), "numbers above 0"),
         ("speeds_m_s", speeds_m_s, (0.0, math.inf), "numbers above 0"),
@@ -183,11 +173,10 @@ def plan(
         faults.append(Fault("plan", "most", str(most), "1 to 1000"))
     if faults:
         raise InputError.of(faults)
-    six = [math.radians(values[n]) if k < 3 else values[n] for k, n in enumerate(_SIX)]
     found = _core.plan(
         file,
         text,
-        six,
+        goals,
         [float(v) for v in distances_m],
         [float(v) for v in speeds_m_s],
         [float(v) for v in crabs_deg],

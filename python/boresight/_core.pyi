@@ -49,7 +49,7 @@ def budget(
 def plan(
     file: str | PathLike[str],
     text: str | None,
-    wanted: Sequence[float],
+    wanted: Sequence[tuple[str, float]],
     distances_m: Sequence[float],
     speeds_m_s: Sequence[float],
     crabs_deg: Sequence[float],

@@ -11,10 +11,10 @@ use super::out::tried;
 use super::talk::Talk;
 use crate::calibrate::planning::PlanAsk;
 use crate::calibrate::tried::name_of;
-use crate::formats::error::read_text;
 use crate::procedures;
 use crate::report::{self, plan as pages};
 use crate::results::PlanCriterion;
+use crate::survey::reading::read_text;
 
 /// Runs the command.
 pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
@@ -24,7 +24,8 @@ pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
     }
     let file = demo_or(&args.scenario, "plan", args.out.as_deref(), talk)?;
     talk.step(&format!("reading {}", file.display()));
-    let (procedure, text) = (procedures::of_file(&file)?, read_text(&file)?);
+    let text = read_text(&file)?;
+    let procedure = procedures::of_text(&file, &text)?;
     let Some(planner) = procedure.planner(&file, &text, &ask(args))? else {
         let procedure = procedure.name();
         return Err(CliError::NoPlan { file, procedure });

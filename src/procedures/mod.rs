@@ -10,7 +10,7 @@ pub mod usbl;
 
 mod named;
 
-pub use named::{find, names, of_file, read, scenario, scenario_text};
+pub use named::{find, names, of_file, of_text, read, scenario, scenario_text};
 
 use crate::calibrate::seam::Procedure;
 

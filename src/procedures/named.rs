@@ -60,7 +60,10 @@ pub fn of_file(file: &Path) -> Result<&'static dyn Procedure, SurveyError> {
 }
 
 /// As [`of_file`], for a text; `file` names it in messages.
-fn of_text(file: &Path, text: &str) -> Result<&'static dyn Procedure, SurveyError> {
+///
+/// # Errors
+/// As [`of_file`].
+pub fn of_text(file: &Path, text: &str) -> Result<&'static dyn Procedure, SurveyError> {
     let (root, _) = DeTable::parse_recoverable(text);
     let value = root
         .get_ref()

@@ -542,11 +542,16 @@ fn nothing_propagated(sweep: &Sweep) -> impl Iterator<Item = (&SweepPoint, &Refu
     without.flat_map(|point| point.refusals.iter().map(move |refusal| (point, refusal)))
 }
 
+/// One sigma of a standard deviation of so many trials, of two at least, in percent of it.
+pub(super) fn good_to_percent(trials: u64) -> f64 {
+    100.0 / (2.0 * (trials.max(2) - 1) as f64).sqrt()
+}
+
 fn heading(sweep: &Sweep, path: &str) -> String {
     if sweep.trials == 0 {
         return format!("RMS error by propagation, {path} path");
     }
-    let one = 100.0 / (2.0 * (sweep.trials.max(2) - 1) as f64).sqrt();
+    let one = good_to_percent(sweep.trials);
     format!(
         "RMS error, {path} path: {} trials at each value under the same seeds, each figure good to {one:.0} %",
         sweep.trials

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::budget::in_words;
+use super::budget::{good_to_percent, in_words};
 use super::format::{finer, three_digits as digits};
 use crate::math;
 use crate::results::{BudgetResult, Figures, JOINT, PathBudget, SweepPoint};
@@ -110,7 +110,7 @@ fn basis(result: &BudgetResult) -> String {
         (0, _) => String::new(),
         (_, 0..=1) => format!(" By {usable} usable of {trials} trials, which decides nothing."),
         _ => {
-            let one = 100.0 / (2.0 * (usable - 1) as f64).sqrt();
+            let one = good_to_percent(usable);
             format!(" By {usable} usable of {trials} trials: a figure is good to {one:.0} %.")
         }
     };

@@ -11,7 +11,7 @@ use crate::formats::kind::kind_of;
 use crate::formats::{gsf, kmall, kongsberg_all, novatel, pos_mv, s7k, sbet, xtf};
 
 /// Bytes of a file's beginning that tell its format.
-pub const HEAD: usize = 2048;
+const HEAD: usize = 2048;
 
 /// A format of recorders.
 pub struct Recorder {
@@ -68,6 +68,20 @@ pub fn recorder_of(head: &[u8]) -> Option<&'static Recorder> {
     RECORDERS.iter().find(|r| (r.begins)(head))
 }
 
+/// The first bytes of a file.
+fn head_of(path: &Path) -> Result<Vec<u8>, FormatError> {
+    let mut head = vec![];
+    let beginning = open(path)?.0.take(HEAD as u64).read_to_end(&mut head);
+    beginning.map_err(|e| FormatError::unreadable(path, &e))?;
+    Ok(head)
+}
+
+/// Whether a file is a recorder's by its first bytes; one that cannot be read is none, and whoever reads it says why.
+#[must_use]
+pub fn is_recorder(path: &Path) -> bool {
+    head_of(path).is_ok_and(|head| recorder_of(&head).is_some())
+}
+
 /// Reads any recorder's file, its format told by its first bytes; an SBET, which has none, by its extension.
 ///
 /// # Errors
@@ -77,9 +91,7 @@ pub fn read(path: &Path, sink: &mut dyn Sink) -> Result<Summary, FormatError> {
     if extension.is_some_and(|e| e == "sbet" || e == "out") {
         return read_sbet(path, sink);
     }
-    let mut head = vec![];
-    let beginning = open(path)?.0.take(HEAD as u64).read_to_end(&mut head);
-    beginning.map_err(|e| FormatError::unreadable(path, &e))?;
+    let head = head_of(path)?;
     match recorder_of(&head) {
         Some(recorder) => (recorder.read)(path, sink),
         None => Err(FormatError::new(

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::file::SurveyFile;
-use super::load::{Counts, LoadedSurvey, notes, parse_survey, parse_target};
-use super::observations::{laser_problem, place_laser, place_soundings, to_geocentric};
+use super::load::{Counts, LoadedSurvey, Observed, notes, parse_survey, parse_target, placed};
+use super::observations::{laser_problem, to_geocentric};
 use crate::formats::{LaserRecords, SoundingRecords};
 use crate::observe::{
-    Campaign, GeodeticTrajectory, LaserCoordinates, LaserScan, SoundSpeed, SoundingRange, Soundings,
+    Campaign, GeodeticTrajectory, LaserScan, SoundSpeed, SoundingRange, Soundings,
 };
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::keep;
@@ -47,7 +47,7 @@ impl LoadedSurvey {
             return Err(SurveyError { problems });
         };
         none_of(problems)?;
-        let (campaign, counts) = placed(&file, arrays)?;
+        let (campaign, counts) = campaign(&file, arrays)?;
         Ok(Self {
             pose: file.target.pose(),
             notes: notes(&counts, &campaign),
@@ -62,7 +62,7 @@ impl LoadedSurvey {
 }
 
 /// The observations that the trajectory covers, or what is wrong with their times.
-fn placed(file: &SurveyFile, arrays: Arrays) -> Result<(Campaign, Counts), SurveyError> {
+fn campaign(file: &SurveyFile, arrays: Arrays) -> Result<(Campaign, Counts), SurveyError> {
     let Arrays {
         mut trajectory,
         laser,
@@ -73,8 +73,7 @@ fn placed(file: &SurveyFile, arrays: Arrays) -> Result<(Campaign, Counts), Surve
     trajectory.ellipsoid = file.target.ellipsoid;
     trajectory.max_gap_s = file.trajectory.max_gap_s;
     trajectory.outside = file.trajectory.outside.into();
-    let (frame, noise) = (file.lidar.frame(), laser.noise);
-    let sonar_noise = soundings.noise;
+    let (laser_noise, sonar_noise) = (laser.noise, soundings.noise);
     let mut laser = LaserRecords {
         time_s: laser.time_s,
         x_m: laser.x_m,
@@ -82,7 +81,7 @@ fn placed(file: &SurveyFile, arrays: Arrays) -> Result<(Campaign, Counts), Surve
         z_m: laser.z_m,
         notes: vec![],
     };
-    let mut soundings = SoundingRecords {
+    let soundings = SoundingRecords {
         time_s: soundings.time_s,
         ping: soundings.ping,
         beam: soundings.beam,
@@ -93,40 +92,19 @@ fn placed(file: &SurveyFile, arrays: Arrays) -> Result<(Campaign, Counts), Surve
         notes: vec![],
     };
     let of_laser = Path::new("laser");
-    let mut problems = Vec::from_iter(laser_problem(of_laser, &laser, file.lidar.coordinates));
+    let problems = Vec::from_iter(laser_problem(of_laser, &laser, file.lidar.coordinates));
     if let Some(zone) = file.lidar.zone().filter(|_| problems.is_empty()) {
         to_geocentric(of_laser, &mut laser, file.target.ellipsoid, zone)?;
     }
-    let laser_dropped = if frame == LaserCoordinates::Sensor {
-        place_laser(of_laser, &mut laser, &trajectory)
-    } else {
-        Ok(0)
-    };
-    let laser_dropped = keep(&mut problems, laser_dropped.map_err(SurveyError::from));
-    let dropped = place_soundings(Path::new("soundings"), &mut soundings, &trajectory);
-    let dropped = keep(&mut problems, dropped.map_err(SurveyError::from));
-    none_of(problems)?;
-    let counts = Counts {
-        trajectory: trajectory.time_s.len(),
-        laser: laser.len(),
-        laser_dropped: laser_dropped.unwrap_or(0),
-        soundings: soundings.len(),
-        soundings_dropped: dropped.unwrap_or(0),
-    };
-    let campaign = Campaign {
+    let observed = Observed {
         trajectory,
-        laser: laser.into_scan(frame, noise),
-        scanner: file.lidar.mounting_deg.mounting(file.lidar.lever_arm_m),
-        scanner_sigma: file.lidar.mounting_sigma(),
-        sonar: file
-            .multibeam
-            .mounting_deg
-            .mounting(file.multibeam.lever_arm_m),
-        soundings: soundings.into_soundings(sonar_noise),
+        laser,
+        laser_noise,
+        soundings,
+        sonar_noise,
         sound_speed,
-        water_level_m: file.target.water_level_m,
     };
-    Ok((campaign, counts))
+    placed(file, [of_laser, Path::new("soundings")], observed, problems)
 }
 
 /// What a column may hold.

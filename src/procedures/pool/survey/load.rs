@@ -14,7 +14,10 @@ use crate::formats::{
     read_sound_speed, read_soundings, read_trajectory,
 };
 use crate::geometry::ellipsoid::TargetPose;
-use crate::observe::{Campaign, LaserCoordinates, SoundSpeed, SoundSpeedProfile, SoundingRange};
+use crate::observe::{
+    Campaign, GeodeticTrajectory, LaserCoordinates, LaserNoise, SonarNoise, SoundSpeed,
+    SoundSpeedProfile, SoundingRange,
+};
 use crate::results::InputFile;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
@@ -300,39 +303,19 @@ fn compose(
     );
     shift(&mut laser.time_s, file.lidar.time_offset_s);
     shift(&mut soundings.time_s, file.multibeam.time_offset_s);
-    let frame = file.lidar.frame();
     let mut problems = vec![];
     let speed = sound_speed(&file, paths, &soundings.range, profile);
     let speed = keep(&mut problems, speed.map_err(SurveyError::from)).flatten();
-    let laser_dropped = if frame == LaserCoordinates::Sensor {
-        place_laser(&paths.lidar, &mut laser, &trajectory)
-    } else {
-        Ok(0)
-    };
-    let laser_dropped = keep(&mut problems, laser_dropped.map_err(SurveyError::from));
-    let dropped = place_soundings(&paths.multibeam, &mut soundings, &trajectory);
-    let dropped = keep(&mut problems, dropped.map_err(SurveyError::from));
-    none_of(problems)?;
-    let counts = Counts {
-        trajectory: trajectory.time_s.len(),
-        laser: laser.len(),
-        laser_dropped: laser_dropped.unwrap_or(0),
-        soundings: soundings.len(),
-        soundings_dropped: dropped.unwrap_or(0),
-    };
-    let campaign = Campaign {
+    let observed = Observed {
         trajectory,
-        laser: laser.into_scan(frame, file.lidar.noise()),
-        scanner: file.lidar.mounting_deg.mounting(file.lidar.lever_arm_m),
-        scanner_sigma: file.lidar.mounting_sigma(),
-        sonar: file
-            .multibeam
-            .mounting_deg
-            .mounting(file.multibeam.lever_arm_m),
-        soundings: soundings.into_soundings(file.multibeam.noise()),
+        laser,
+        laser_noise: file.lidar.noise(),
+        soundings,
+        sonar_noise: file.multibeam.noise(),
         sound_speed: speed,
-        water_level_m: file.target.water_level_m,
     };
+    let names = [paths.lidar.as_path(), &paths.multibeam];
+    let (campaign, counts) = placed(&file, names, observed, problems)?;
     Ok(LoadedSurvey {
         pose: file.target.pose(),
         notes: on_reading
@@ -346,6 +329,57 @@ fn compose(
         inputs,
         counts,
     })
+}
+
+/// Observations whose stamps are on the trajectory's clock, not yet judged by it.
+pub(super) struct Observed {
+    pub(super) trajectory: GeodeticTrajectory,
+    pub(super) laser: LaserRecords,
+    pub(super) laser_noise: LaserNoise,
+    pub(super) soundings: SoundingRecords,
+    pub(super) sonar_noise: SonarNoise,
+    pub(super) sound_speed: Option<SoundSpeed>,
+}
+
+/// The observations that the trajectory covers, as a campaign; `names` are those of the returns and of the soundings for messages,
+/// `problems` what is wrong already.
+pub(super) fn placed(
+    file: &SurveyFile,
+    names: [&Path; 2],
+    mut observed: Observed,
+    mut problems: Vec<Problem>,
+) -> Result<(Campaign, Counts), SurveyError> {
+    let (frame, trajectory) = (file.lidar.frame(), &observed.trajectory);
+    let laser_dropped = if frame == LaserCoordinates::Sensor {
+        place_laser(names[0], &mut observed.laser, trajectory)
+    } else {
+        Ok(0)
+    };
+    let laser_dropped = keep(&mut problems, laser_dropped.map_err(SurveyError::from));
+    let dropped = place_soundings(names[1], &mut observed.soundings, trajectory);
+    let dropped = keep(&mut problems, dropped.map_err(SurveyError::from));
+    none_of(problems)?;
+    let counts = Counts {
+        trajectory: observed.trajectory.time_s.len(),
+        laser: observed.laser.len(),
+        laser_dropped: laser_dropped.unwrap_or(0),
+        soundings: observed.soundings.len(),
+        soundings_dropped: dropped.unwrap_or(0),
+    };
+    let campaign = Campaign {
+        trajectory: observed.trajectory,
+        laser: observed.laser.into_scan(frame, observed.laser_noise),
+        scanner: file.lidar.mounting_deg.mounting(file.lidar.lever_arm_m),
+        scanner_sigma: file.lidar.mounting_sigma(),
+        sonar: file
+            .multibeam
+            .mounting_deg
+            .mounting(file.multibeam.lever_arm_m),
+        soundings: observed.soundings.into_soundings(observed.sonar_noise),
+        sound_speed: observed.sound_speed,
+        water_level_m: file.target.water_level_m,
+    };
+    Ok((campaign, counts))
 }
 
 /// What a report should repeat about the reading.

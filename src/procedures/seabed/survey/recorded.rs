@@ -6,7 +6,7 @@ use super::external::{self, External};
 use super::file::{LineSection, SeabedSurveyFile};
 use super::filled::{self, Given};
 use crate::formats::recorder::{Array, Installation, Profile, table, utc};
-use crate::formats::{SoundingRecords, TrajectoryRecords, error, sound_speed_csv};
+use crate::formats::{SoundingRecords, TrajectoryRecords, sound_speed_csv};
 use crate::observe::{Mounting, SoundSpeedProfile};
 use crate::recorders::navigation::Lacking;
 use crate::recorders::observed::ObservedFile;
@@ -58,19 +58,11 @@ pub(super) fn recorder_files(
             .into()),
         (None, false) => Ok(Some(listed)),
         (Some(name), true) if folder.join(name).is_dir() => in_folder(document, folder, name),
-        (Some(name), true) if is_recorder(&folder.join(name)) => Ok(Some(vec![name.to_owned()])),
+        (Some(name), true) if table::is_recorder(&folder.join(name)) => {
+            Ok(Some(vec![name.to_owned()]))
+        }
         _ => Ok(None),
     }
-}
-
-fn is_recorder(path: &Path) -> bool {
-    let mut head = vec![];
-    let Ok((file, _)) = error::open(path) else {
-        return false; // whoever reads it says why
-    };
-    let beginning = std::io::Read::take(file, table::HEAD as u64);
-    let read = std::io::Read::read_to_end(&mut { beginning }, &mut head);
-    read.is_ok() && table::recorder_of(&head).is_some()
 }
 
 /// The recorder files of a folder by name.
@@ -86,7 +78,7 @@ fn in_folder(
     let mut found = vec![];
     for entry in std::fs::read_dir(folder.join(name)).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
-        if path.is_file() && is_recorder(&path) {
+        if path.is_file() && table::is_recorder(&path) {
             let own = path.file_name().unwrap_or_default().to_string_lossy();
             found.push(format!("{}/{own}", name.trim_end_matches('/')));
         }
