@@ -142,6 +142,24 @@ pub enum CliError {
         /// How many.
         found: usize,
     },
+    /// One key with two lists of values.
+    #[error(
+        "--vary {key}: found twice, expected all values of a key in one list, such as {key}=1,2,3"
+    )]
+    KeyTwice {
+        /// The key.
+        key: String,
+    },
+    /// A second word where one is enough.
+    #[error(
+        "template {first}: found a second word \"{second}\", expected one after \"scenario\" or \"target\" only"
+    )]
+    SecondWord {
+        /// What was asked for.
+        first: String,
+        /// What came behind it.
+        second: String,
+    },
     /// A wanted accuracy of something that the procedure does not estimate.
     #[error("--wanted: {found}")]
     Wanted {
