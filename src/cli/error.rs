@@ -188,8 +188,8 @@ pub enum CliError {
         /// The procedure.
         procedure: &'static str,
     },
-    /// The demo's scenario, which the user has changed.
-    #[error("{}: whole file: found a scenario that you changed, expected the demo's as it was written: name this file instead of {demo}, or another folder with --out", file.display())]
+    /// The demo's scenario has another one in its place, or the user has changed it.
+    #[error("{}: whole file: found another scenario, or one that you changed, expected the demo's as it was written: name this file instead of {demo}, or another folder with --out", file.display())]
     ChangedDemo {
         /// The file.
         file: PathBuf,
