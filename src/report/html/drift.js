@@ -10,5 +10,5 @@ function driftPlot(drift) {
 function buildDrift(list, kind) {
   if (!list || !list.length) return;
   add("drift", "Drift of the INS as estimated", el("div", { class: "row3" }, list.map(driftPlot)),
-    note(`What the joint path estimates that the INS was off by, beside its noise from record to record. ${kind} Curves beyond the dashed lines for long: the INS drifts more than the survey states.`));
+    note(`How far the INS was off as the joint path estimates it, apart from its noise from record to record. ${kind} A curve that stays outside the dashed lines: the INS drifts more than the survey states.`));
 }

@@ -75,7 +75,7 @@ function buildAlong() {
   const all = JOINT && JOINT.details ? JOINT.details.nuisance : [];
   const seen = all.filter(p => !p.name.startsWith("rail ") || p.name.startsWith("rail orientation"));
   if (!seen.length) return;
-  add("along", "Estimated along", note("Changes from what was known before: every one of these entered with a prior."),
+  add("along", "Also estimated", note("Changes from what was known before: every one of these entered with a prior."),
     table(["quantity", number("change \u00b1 1 sigma"), "unit"], seen.map(p => [p.name, number(correctionText(p)), shownUnit(p.unit)])));
 }
 

@@ -51,7 +51,7 @@ function pathLegend(...more) {
 function buildLayout() {
   add("layout", "Beacons, and where the corrected sensor puts them", pathLegend({ name: "check beacon (square)", colour: COLOURS.check }),
     el("div", { class: "row2" }, layoutView("From above", 0, 1, ["east", "north"]), layoutView("From the south", 0, 2, ["east", "up"])),
-    shownPaths.length ? note("Counted from the transducer. Dotted: the ways of the sound, drawn straight. Arrows: mean of predicted minus surveyed position of each beacon, enlarged as the bar says. The check beacon took no part.") : note("The beacons as surveyed; there is no correction to verify."));
+    shownPaths.length ? note("Counted from the transducer. Dotted: the rays, drawn straight. Arrows: mean of predicted minus surveyed position of each beacon, enlarged as the bar says. The check beacon took no part.") : note("The beacons as surveyed; there is no correction to verify."));
 }
 
 // TABLES
@@ -76,6 +76,6 @@ function buildVerification() {
   const rows = DETAILS.verification.map((v, k) => [v.beacon, v.role, number(grouped(BEACONS[k].fixes)), number(`${(v.joint || v.reference || {}).outliers || 0}`), ...shownPaths.flatMap(path => [three(v[path], "mean_m"), number(v[path] ? digits(1e3 * v[path].rms_m, 1) : "-")]),
     three(v.joint, "mean_standard_deviation_m"), number(v.joint && !missing(v.joint.test_statistic) ? digits(v.joint.test_statistic, 1) : ""), number(v.joint && !missing(v.joint.p_value) ? probability(v.joint.p_value) : "")]);
   add("verification", "Verification: predicted minus surveyed beacons, mm",
-    table(["beacon", "role", number("fixes"), number("outliers"), ...shownPaths.flatMap(path => [number(`${PATH_NAMES[path].toLowerCase()} e,\u00a0n,\u00a0u`), number("rms")]), number("sigma of mean"), number("chi-square (3)"), number("p")], rows),
+    table(["beacon", "role", number("fixes"), number("gross errors"), ...shownPaths.flatMap(path => [number(`${PATH_NAMES[path].toLowerCase()} e,\u00a0n,\u00a0u`), number("rms")]), number("sigma of mean"), number("chi-square (3)"), number("p")], rows),
     note("The correction is applied to the sensor's attitude, the beacons are predicted from each fix and compared with the total station. Only the check beacon's test is a test: the others have helped to find the correction."));
 }

@@ -25,7 +25,7 @@ function buildScatter() {
   if (!hasFixes()) return;
   const end = scatterEnd();
   add("scatter", "Residuals of the fixes by beacon, from above", pathLegend(), el("div", { class: "row4" }, BEACONS.map((beacon, k) => kept(k).length ? scatter(beacon, k, end) : [])),
-    note("Predicted minus surveyed beacon, fix by fix; large dots: means. Fixes beyond five standard deviations are left out. All clouds off to one side in the same turn: a rest of heading; each outwards or inwards: a range scale."));
+    note("Predicted minus surveyed beacon, fix by fix; large dots: means. Fixes beyond five standard deviations are left out. All clouds off to one side in the same turn: an error of the heading is left; each outwards or inwards: a range scale."));
 }
 
 /** Mean of a component, millimetres, in bins of equal counts. */
@@ -55,7 +55,7 @@ function buildNoise() {
   const all = SAMPLES.fixes.filter(f => f.in_sigmas), colour = COLOURS[SHOWN_PATH], of = (title, which, i) => againstNormal(title, which, [{ name: "", colour, values: all.map(f => f.in_sigmas[i]) }]);
   add("noise", "Residuals against the stated noise", keys([{ name: `${PATH_NAMES[SHOWN_PATH]} path`, colour, dash: "" }, NORMAL_KEY]),
     el("div", { class: "row3" }, of("Range", "", 0), of("Bearing", "first component of the direction", 1), of("Bearing", "second component of the direction", 2)),
-    note(`${grouped(all.length)} fixes, outliers among them; stated: noise of the fix and of the attitude. Narrower than the curve: the noise is stated too large; wider: too small; off to one side: something turns or stretches all fixes.`));
+    note(`${grouped(all.length)} fixes, gross errors among them; stated: noise of the fix and of the attitude. Narrower than the curve: the noise is stated too large; wider: too small; off to one side: something turns or stretches all fixes.`));
 }
 
 OWN.push(buildLayout, buildVerification, buildScatter, buildNoise, buildSeries, buildPrinted);
