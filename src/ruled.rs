@@ -145,9 +145,45 @@ impl fmt::Display for Ruled {
     }
 }
 
+/// Words that a line may end after: a number with blanks between its thousands is one of them.
+pub fn unbroken<'w>(parts: impl Iterator<Item = &'w str>) -> Vec<String> {
+    let mut words: Vec<String> = vec![];
+    for word in parts {
+        let digits = word.bytes().take_while(u8::is_ascii_digit).count();
+        let rest = &word[digits..];
+        let thousands = digits == 3 && rest.chars().all(|c| ",.;:)".contains(c));
+        match words.last_mut() {
+            Some(last) if thousands && begins_number(last) => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => words.push(word.to_owned()),
+        }
+    }
+    words
+}
+
+/// Whether thousands may follow: the word ends in one to three digits, and in groups of three before them.
+fn begins_number(word: &str) -> bool {
+    let mut groups = word.trim_start_matches('(').split(' ');
+    let first = groups.next().unwrap_or_default();
+    let digits = |group: &str| group.bytes().all(|b| b.is_ascii_digit());
+    (1..=3).contains(&first.len()) && digits(first) && groups.all(digits)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_with_thousands_is_one_word() {
+        let words = |text: &str| unbroken(text.split(' ')).join("|");
+        assert_eq!(words("with 7 954 degrees"), "with|7 954|degrees");
+        assert_eq!(words("(12 345 678), of"), "(12 345 678),|of");
+        for apart in ["0.9 954", "1000 123", "pass 12 34", "x7 954", "7 954a"] {
+            assert_eq!(words(apart), apart.replace(' ', "|"));
+        }
+    }
 
     #[test]
     fn texts_stand_left_and_numbers_right() {

@@ -1,6 +1,6 @@
 //! Conditions: what observations demand of the parameters.
 //!
-//! Gauss-Helmert model (Niemeier, *Ausgleichungsrechnung*, 2008, ch. 5; mathematics section 5): each scalar condition
+//! Gauss-Helmert model (Niemeier, *Ausgleichungsrechnung*, 2008, ch. 5): each scalar condition
 //! `f(x, s, l) = 0` is linearised at the current parameters `x`, chain states `s` and **adjusted** observations `l_adj`,
 //! `w + A dx + C ds + B v = 0` with `w = f(x, s, l_adj) + B (l - l_adj)` and variance `m = B S B^T`. The implementer
 //! evaluates the adjusted observations; the engine sees `w`, `m`, `A` and `C`.

@@ -1,4 +1,4 @@
-//! What every adjustment reports (mathematics section 6): global test, redundancy, normalised residuals, detectable biases.
+//! What every adjustment reports: global test, redundancy, normalised residuals, detectable biases.
 //!
 //! Baarda, *A testing procedure for use in geodetic networks*, 1968; Förstner, "Reliability analysis of parameter estimation in
 //! linear models", 1987.
@@ -230,7 +230,7 @@ mod tests {
         }
     }
 
-    /// Values of mathematics section 6, from Baarda's nomograms.
+    /// From the nomograms of Baarda 1968.
     #[test]
     fn textbook_non_centralities() {
         let test = condition_test(0.001, 0.8).unwrap();

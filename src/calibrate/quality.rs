@@ -1,4 +1,4 @@
-//! What the engine says of an adjustment, as it stands in a result (mathematics section 6).
+//! What the engine says of an adjustment, as it stands in a result ([`crate::adjust::assess`]).
 
 use std::collections::BTreeMap;
 

@@ -93,6 +93,11 @@ pub trait Loaded: Send + Sync {
     /// Every file that was read, the survey file first, paths as they stand in the survey file.
     fn inputs(&self) -> &[InputFile];
 
+    /// What is to be said of reading it: rows left out, observations without a position.
+    fn notes(&self) -> &[String] {
+        &[]
+    }
+
     /// The survey file with every default filled in, as it stands in a result's provenance.
     ///
     /// # Errors

@@ -39,7 +39,8 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
         let (file, procedure) = (args.survey.clone(), procedure.name());
         return Err(CliError::NoPoints { file, procedure });
     };
-    let notes = other_files(&result, survey.inputs());
+    let mut notes = survey.notes().to_vec();
+    notes.extend(other_files(&result, survey.inputs()));
     written(args, cloud, &notes, talk)
 }
 

@@ -16,7 +16,7 @@ use crate::budget::summary::frame;
 use crate::budget::{DEPTHS_M, budget, propagated_sweep};
 use crate::calibrate::seam::Settings;
 use crate::calibrate::tried::{Tried, name_of};
-use crate::calibrate::vary::points;
+use crate::calibrate::vary::{Vary, points};
 use crate::formats::error::read_text;
 use crate::procedures;
 use crate::report::wanted::goals;
@@ -60,6 +60,7 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
 
 /// The budget of whatever can be tried.
 fn of(tried: &dyn Tried, args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
+    refuse_keys(&args.vary)?;
     let wanted = goals(&frame(tried), &args.wanted).map_err(|found| CliError::Wanted { found })?;
     let folder = folder(args, tried.scenario());
     let trials_folder = folder.join(TRIALS);
@@ -152,15 +153,25 @@ fn as_one_run(args: &Budget, experiment: &Experiment<'_>) -> Budget {
     }
 }
 
+/// More keys than a picture has axes, or one key twice.
+pub(super) fn refuse_keys(vary: &[Vary]) -> Result<(), CliError> {
+    if let [first, second] = vary
+        && first.key == second.key
+    {
+        let key = first.key.clone();
+        return Err(CliError::KeyTwice { key });
+    }
+    match vary.len() {
+        0..=2 => Ok(()),
+        found => Err(CliError::TooManyKeys { found }),
+    }
+}
+
 /// The trials that were asked for, every scenario checked; without derivatives there are trials even where nobody asks.
 fn experiment<'t>(tried: &'t dyn Tried, args: &Budget) -> Result<Option<Experiment<'t>>, CliError> {
     if !tried.has_truth() && args.trials.is_some() {
         let file = args.scenario.clone();
         return Err(CliError::NoTrials { file });
-    }
-    if args.vary.len() > 2 {
-        let found = args.vary.len();
-        return Err(CliError::TooManyKeys { found });
     }
     let by_default = !tried.has_derivatives();
     let Some(trials) = args.trials.or(by_default.then_some(DEFAULT_TRIALS)) else {

@@ -142,6 +142,24 @@ pub enum CliError {
         /// How many.
         found: usize,
     },
+    /// One key with two lists of values.
+    #[error(
+        "--vary {key}: found twice, expected all values of a key in one list, such as {key}=1,2,3"
+    )]
+    KeyTwice {
+        /// The key.
+        key: String,
+    },
+    /// A second word where one is enough.
+    #[error(
+        "template {first}: found a second word \"{second}\", expected one after \"scenario\" or \"target\" only"
+    )]
+    SecondWord {
+        /// What was asked for.
+        first: String,
+        /// What came behind it.
+        second: String,
+    },
     /// A wanted accuracy of something that the procedure does not estimate.
     #[error("--wanted: {found}")]
     Wanted {
@@ -170,8 +188,8 @@ pub enum CliError {
         /// The procedure.
         procedure: &'static str,
     },
-    /// The demo's scenario, which the user has changed.
-    #[error("{}: whole file: found a scenario that you changed, expected the demo's as it was written: name this file instead of {demo}, or another folder with --out", file.display())]
+    /// The demo's scenario has another one in its place, or the user has changed it.
+    #[error("{}: whole file: found another scenario, or one that you changed, expected the demo's as it was written: name this file instead of {demo}, or another folder with --out", file.display())]
     ChangedDemo {
         /// The file.
         file: PathBuf,

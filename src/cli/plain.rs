@@ -1,6 +1,6 @@
 //! What a terminal can show: 80 columns, and ASCII where the locale asks for it.
 
-use crate::ruled::WIDTH;
+use crate::ruled::{WIDTH, unbroken};
 
 /// Whether the locale asks for ASCII: the first of `LC_ALL`, `LC_CTYPE` and `LANG` that is set names `C`, `POSIX` or another set of
 /// letters than UTF-8.
@@ -59,7 +59,7 @@ fn broken(line: &str) -> String {
     let indent = line.chars().take_while(|c| *c == ' ').count();
     let mut lines = vec![" ".repeat(indent)];
     let mut empty = true;
-    for word in line.split_whitespace() {
+    for word in unbroken(line.split_whitespace()) {
         let last = lines.last().map_or(0, |l| l.chars().count());
         if !empty && last + 1 + word.chars().count() > WIDTH {
             lines.push(" ".repeat(indent + 2));
@@ -69,7 +69,7 @@ fn broken(line: &str) -> String {
             if !empty {
                 last.push(' ');
             }
-            last.push_str(word);
+            last.push_str(&word);
             empty = false;
         }
     }

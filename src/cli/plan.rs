@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 
 use super::Ending;
 use super::args::{CriterionName, Plan, wanted_words};
+use super::budget::refuse_keys;
 use super::calibrate::folder_of;
 use super::demo::demo_or;
 use super::error::CliError;
@@ -18,10 +19,7 @@ use crate::survey::reading::read_text;
 
 /// Runs the command.
 pub fn run(args: &Plan, talk: &Talk) -> Result<Ending, CliError> {
-    if args.vary.len() > 2 {
-        let found = args.vary.len();
-        return Err(CliError::TooManyKeys { found });
-    }
+    refuse_keys(&args.vary)?;
     let file = demo_or(&args.scenario, "plan", args.out.as_deref(), talk)?;
     talk.step(&format!("reading {}", file.display()));
     let text = read_text(&file)?;

@@ -12,6 +12,14 @@ use crate::survey::template::{alternative, template};
 
 /// Runs the command.
 pub fn run(args: &Template, talk: &Talk) -> Result<Ending, CliError> {
+    if let Some(second) = &args.procedure
+        && !["scenario", "target"].contains(&args.what.as_str())
+    {
+        return Err(CliError::SecondWord {
+            first: args.what.clone(),
+            second: second.clone(),
+        });
+    }
     let of = args.procedure.as_deref().and_then(procedures::find);
     let procedure = of.unwrap_or(procedures::ALL[0]);
     let text = match args.what.as_str() {

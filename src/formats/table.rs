@@ -119,7 +119,8 @@ impl<R: Read> Table<R> {
             .iter()
             .enumerate()
             .map(|(k, name)| find(file, &header, name, k < required.len()))
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<_, _>>()
+            .map_err(|fault| with_the_others(fault, required))?;
         Ok(Self {
             file: file.to_owned(),
             reader,
@@ -205,7 +206,12 @@ impl<R: Read> Table<R> {
     fn date(&self, field: &[u8], column: usize) -> Result<Option<f64>, FormatError> {
         let text = std::str::from_utf8(field).unwrap_or_default();
         let unix_s = utc::from_iso(text.trim());
-        let expected = "seconds, or a time such as 2026-06-12T08:30:15.25Z";
+        let expected = match utc::in_leap_second(text.trim()) {
+            true => {
+                "a time outside a leap second, which the seconds of no other file count: leave the row out"
+            }
+            false => "seconds, or a time such as 2026-06-12T08:30:15.25Z",
+        };
         unix_s
             .map(Some)
             .ok_or_else(|| self.bad_value(column, expected))
@@ -262,6 +268,12 @@ impl<R: Read> Table<R> {
         self.fault(FaultKind::BadValue, column, quoted(field), expected)
     }
 
+    /// Line of this row in its file, counted from 1.
+    #[must_use]
+    pub fn line(&self) -> u64 {
+        self.row.position().map_or(0, csv::Position::line)
+    }
+
     /// A fault in a column of this row.
     #[must_use]
     pub fn fault(
@@ -272,7 +284,7 @@ impl<R: Read> Table<R> {
         expected: &str,
     ) -> FormatError {
         let place = Place::Line {
-            line: self.row.position().map_or(0, csv::Position::line),
+            line: self.line(),
             column: self.names[column].to_owned(),
         };
         FormatError::new(kind, &self.file, place, found, expected)
@@ -383,6 +395,15 @@ fn find(
     }
 }
 
+/// The same, and where a column is missing all that are needed: so that a header is mended at once.
+fn with_the_others(mut fault: FormatError, required: &[&str]) -> FormatError {
+    if fault.kind == FaultKind::MissingColumn && required.len() > 1 {
+        let all = required.join(", ");
+        fault.expected.push_str(&format!("; needed are {all}"));
+    }
+    fault
+}
+
 /// The error that none of the columns `names` is in the header; the nearest one there is suggested.
 fn missing_column(file: &Path, header: &ByteRecord, names: &[&str]) -> FormatError {
     let wanted = names.join(" or ");
@@ -484,6 +505,8 @@ mod tests {
     fn what_is_no_number_is_named() {
         let said = |text: &str| first(text).expect_err(text).to_string();
         assert!(said("time_s,ping\n2024-05-01 10:00:99,1\n").contains("a time such as"));
+        assert!(said("Epoch,ping\n1,1\n").contains("a column time_s; needed are time_s, ping"));
+        assert!(said("time_s,ping\n2016-12-31T23:59:60Z,1\n").contains("leap second"));
         assert!(said("time_s,ping\n1,1.5\n").contains("a whole number"));
         assert!(said("time_s,ping\n7\n").contains("1 fields (\"7\")"));
         assert!(said("time_s,ping\n7,8,9\n").contains("(\"7,8,9\")"));

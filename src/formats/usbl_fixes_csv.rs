@@ -99,6 +99,8 @@ pub struct FixRecords {
     pub range: Vec<f64>,
     /// Unit direction in the transducer frame.
     pub direction: Vec<Vector3<f64>>,
+    /// Line of each fix in its file, counted from 1; empty where there is no file.
+    pub line: Vec<u64>,
     /// What was done to the fixes on reading, in words.
     pub notes: Vec<String>,
 }
@@ -133,6 +135,7 @@ pub fn read_from(
         direction_kind,
         range: vec![],
         direction: vec![],
+        line: vec![],
         notes: vec![],
     };
     let left_out = table.each(Some(invalid), |table| {
@@ -146,6 +149,7 @@ pub fn read_from(
         records.time_s.push(time_s);
         records.range.push(range);
         records.direction.push(direction);
+        records.line.push(table.line());
         Ok(())
     })?;
     records.notes.extend(left_out);
@@ -285,6 +289,7 @@ mod tests {
             direction_kind,
             range: vec![0.0123, 7.5],
             direction: vec![direction, -Vector3::z()],
+            line: vec![],
             notes: vec![],
         }
     }

@@ -98,7 +98,7 @@ pub fn orthonormalised(m: &Matrix3<f64>) -> Matrix3<f64> {
     }
 }
 
-/// `Rz(-heading) Rx(pitch) Ry(roll)`, angles in radians (mathematics section 1).
+/// `Rz(-heading) Rx(pitch) Ry(roll)`, angles in radians (`docs/conventions.md`).
 #[must_use]
 pub fn from_attitude(roll_rad: f64, pitch_rad: f64, heading_rad: f64) -> Matrix3<f64> {
     let (sr, cr) = math::sin_cos(roll_rad);

@@ -1,4 +1,4 @@
-//! From range and beam angles to the sounding's vector in the sonar frame, with its derivatives (mathematics section 2).
+//! From range and beam angles to the sounding's vector in the sonar frame, with its derivatives (`docs/conventions.md`).
 
 use crate::math;
 use nalgebra::{Matrix3, Vector3};

@@ -14,7 +14,7 @@ pub struct Mounting {
 }
 
 impl Mounting {
-    /// From mounting angles in the sense of mathematics section 1 (radians) and the lever arm (metres).
+    /// From mounting angles in the sense of `docs/conventions.md` (radians) and the lever arm (metres).
     #[must_use]
     pub fn from_angles(
         roll_rad: f64,

@@ -7,11 +7,8 @@ use crate::results::{
     AgainstTruth, Calibration, Finding, Page, Parameter, Quality, SensorCounts, Severity, Solution,
     TextTable,
 };
-use crate::ruled::Ruled;
+use crate::ruled::{Ruled, WIDTH, unbroken};
 use crate::units::with_sigma;
-
-/// Widest line, columns.
-const WIDTH: usize = 80;
 
 /// The summary: verdict and values to enter first, then both paths side by side, how they ended, what the procedure adds, tests, counts
 /// and notes. Ends with a newline.
@@ -82,7 +79,7 @@ fn further(findings: &[Finding]) -> String {
 /// Broken between words; lines after the first are indented.
 pub(super) fn wrapped(sentence: &str) -> String {
     let mut lines = vec![String::new()];
-    for word in sentence.split(' ') {
+    for word in unbroken(sentence.split(' ')) {
         let last = lines.last().map_or(0, |l| l.chars().count());
         if last > 0 && last + 1 + word.chars().count() > WIDTH {
             lines.push(format!("  {word}"));
@@ -90,7 +87,7 @@ pub(super) fn wrapped(sentence: &str) -> String {
             if !line.is_empty() {
                 line.push(' ');
             }
-            line.push_str(word);
+            line.push_str(&word);
         }
     }
     lines.join("\n")

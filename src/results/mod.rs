@@ -28,7 +28,7 @@ pub use calibration::{Calibration, SCHEMA, SensorCounts, Solutions};
 pub use change::{Change, ParameterChange};
 pub use comparison::{Comparison, Difference};
 pub use convention::{Convention, ConventionField};
-pub use page::{AgainstTruth, Page, TextTable, TruthRow};
+pub use page::{AgainstTruth, DriftSample, Page, TextTable, TruthRow};
 pub use plan::{
     PLAN_FORMAT_VERSION, PlanCandidate, PlanCriterion, PlanResult, PlanStep, PlanVariation,
     PlanVariations, PlannedPass,

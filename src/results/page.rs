@@ -55,3 +55,42 @@ pub struct TruthRow {
     /// Error of the simple joint solution.
     pub joint_simple: Option<f64>,
 }
+
+/// One slow error of the trajectory as an adjustment estimates it along, for the report's picture.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct DriftSample {
+    /// Which one, in words, with its positive sense.
+    pub name: String,
+    /// `mm` or `deg`.
+    pub unit: String,
+    /// The standard deviation that the survey states of it, in the unit.
+    pub sigma: f64,
+    /// (time since the first, seconds; error, in the unit), a part for each stretch without a break.
+    pub parts: Vec<Vec<[f64; 2]>>,
+}
+
+impl DriftSample {
+    /// Most points of a part.
+    const SHOWN: usize = 400;
+
+    /// From its parts in seconds and metres, or radians for an `angle`; parts of many points are thinned evenly.
+    #[must_use]
+    pub fn new(name: &str, angle: bool, sigma: f64, parts: Vec<Vec<[f64; 2]>>) -> Self {
+        let (unit, factor) = if angle {
+            ("deg", 1f64.to_degrees())
+        } else {
+            ("mm", 1e3)
+        };
+        let thinned = |part: Vec<[f64; 2]>| {
+            let step = part.len().div_ceil(Self::SHOWN).max(1);
+            let shown = part.into_iter().step_by(step);
+            shown.map(|[t, value]| [t, value * factor]).collect()
+        };
+        Self {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            sigma: sigma * factor,
+            parts: parts.into_iter().map(thinned).collect(),
+        }
+    }
+}

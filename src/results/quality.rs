@@ -1,4 +1,4 @@
-//! Quality figures of an adjustment (mathematics page, section 6).
+//! Quality figures of an adjustment ([`crate::adjust::assess`]).
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -220,8 +220,7 @@ pub fn judge(trajectory_s: &[f64], max_gap_s: f64, outside: Outside, time_s: &[f
             };
             Verdict::Refuse {
                 found: format!(
-                    "observation {} at {:.6} s {place}{others}{clock}",
-                    k + 1,
+                    "an observation at {:.6} s {place}{others}{clock}",
                     time_s[*k]
                 ),
                 expected:

@@ -396,6 +396,31 @@ fn joined_parts_are_one_run_for_every_procedure() {
 }
 
 #[test]
+fn a_key_varied_twice_is_refused() {
+    let folder = tempfile::tempdir().expect("folder");
+    for (verb, key) in [("budget", "pass.0.speed_m_s"), ("plan", "drift")] {
+        let out = folder.path().join(verb);
+        let (first, second) = (format!("{key}=1,2"), format!("{key}=3"));
+        let file = scenario("demo.toml");
+        let arguments = [
+            verb,
+            &file.to_string_lossy(),
+            "--out",
+            &out.to_string_lossy(),
+        ];
+        let all = [&arguments[..], &["--vary", &first, "--vary", &second]].concat();
+        let output = command(&all);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(
+            said.contains(&format!("--vary {key}: found twice")),
+            "{said}"
+        );
+        assert!(!out.exists());
+    }
+}
+
+#[test]
 fn a_survey_without_truth_is_refused() {
     let folder = tempfile::tempdir().expect("folder");
     let (file, out) = (folder.path().join("survey.toml"), folder.path().join("out"));

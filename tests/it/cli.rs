@@ -143,6 +143,15 @@ fn bad_input_ends_with_2_and_writes_nothing() {
 }
 
 #[test]
+fn a_second_word_of_a_template_is_refused() {
+    let output = run(&["template", "pool", "usbl"]);
+    assert_eq!(code(&output), 2);
+    let said = text(&output.stderr);
+    assert!(said.contains("found a second word \"usbl\""), "{said}");
+    assert_eq!(code(&run(&["template", "scenario", "usbl"])), 0);
+}
+
+#[test]
 fn all_problems_of_a_survey_file_are_listed() {
     let folder = tempfile::tempdir().expect("folder");
     let survey = simulated("single-pass-thin.toml", &folder.path().join("survey"));

@@ -56,6 +56,8 @@ mod spheres;
 mod stopping;
 mod survey_files;
 mod template;
+#[cfg(feature = "cli")]
+mod tutorials;
 mod usbl;
 #[cfg(feature = "cli")]
 mod usbl_cli;

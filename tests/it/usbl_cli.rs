@@ -169,7 +169,8 @@ fn bad_input_is_named() {
     assert!(none.contains("no row with role transducer"), "{none}");
     let name = spoiled("fixes.csv", |t| t.replace(",B4,", ",B9,"));
     assert!(
-        name.contains("beacon \"B9\"") && name.contains("B1, B2, B3, B4, B5"),
+        name.contains("line 5, column beacon: found beacon \"B9\", and in 59 more rows")
+            && name.contains("B1, B2, B3, B4, B5"),
         "{name}"
     );
     let angle = spoiled("fixes.csv", |t| t.replace("x_angle_deg", "x_deg"));
@@ -185,6 +186,36 @@ fn bad_input_is_named() {
     assert!(speed.contains("1300 to 1700"), "{speed}");
     let depth = spoiled("survey.toml", |t| t.replace("depth_m = 1.0\n", ""));
     assert!(depth.contains("[transducer] depth_m"), "{depth}");
+}
+
+/// Rows left out before the one that is named do not shift its number.
+#[test]
+fn lines_are_those_of_the_file_where_rows_were_left_out() {
+    let folder = simulated(THIN);
+    let survey = folder.path().join("survey");
+    let change = |name: &str, change: &dyn Fn(String) -> String| {
+        let path = survey.join(name);
+        let text = std::fs::read_to_string(&path).expect("a file");
+        std::fs::write(&path, change(text)).expect("written");
+    };
+    change("survey.toml", &|t| {
+        t.replace("[fixes]", "[fixes]\ninvalid = \"drop\"")
+    });
+    change("fixes.csv", &|t| {
+        let lines = t.lines().enumerate().map(|(k, line)| match k + 1 {
+            3 | 4 => "x".to_owned() + line,
+            20 => line.replace(",B", ",C"),
+            _ => line.to_owned(),
+        });
+        lines.map(|line| line + "\n").collect()
+    });
+    let output = run(&["check", "survey/survey.toml"], folder.path());
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("fixes.csv: line 20, column beacon: found beacon \"C"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The verdict on an adjustment: does the model fit, and what if it had the unknowns that it has not?
 //!
-//! Every procedure ends here (mathematics section 10, `docs/verdict.md`). It names its cells, its doubts and its shares; the tests and
+//! Every procedure ends here (`docs/verdict.md`). It names its cells, its doubts and its shares; the tests and
 //! their words are the same for all:
 //!
 //! | file | what |

@@ -84,12 +84,22 @@ pub fn from_iso(text: &str) -> Option<f64> {
     }
     let second: f64 = second.parse().ok()?;
     let midnight = hour == 24 && minute == 0 && second == 0.0;
-    if (hour > 23 && !midnight) || minute > 59 || second >= 61.0 {
+    if (hour > 23 && !midnight) || minute > 59 || second >= 60.0 {
         return None;
     }
     let of_day_s = f64::from(3600 * hour + 60 * minute) - shift_s;
     // whole seconds are added up first: the fraction is rounded once
     Some(days(year, month, day)? as f64 * DAY_S + of_day_s + second)
+}
+
+/// Whether a text that [`from_iso`] does not take names a second 60 ("23:59:60"): a leap second, which Unix time does not count.
+#[must_use]
+pub fn in_leap_second(text: &str) -> bool {
+    let second = text.splitn(3, ':').nth(2);
+    second.is_some_and(|second| {
+        let (whole, rest) = second.split_at_checked(2).unwrap_or((second, ""));
+        whole == "60" && !rest.starts_with(|c: char| c.is_ascii_digit())
+    })
 }
 
 /// The seconds of a shift such as `+02:00`, `+0200` or `-03`.
@@ -219,6 +229,10 @@ mod tests {
             assert_eq!(from_iso(text), Some(whole), "{text}");
         }
         assert_eq!(from_iso("2026-06-12T08:30"), Some(1_781_253_000.0));
+        for text in ["2016-12-31T23:59:60Z", "2016-12-31 23:59:60.5"] {
+            assert_eq!((from_iso(text), in_leap_second(text)), (None, true));
+        }
+        assert!(!in_leap_second("2016-12-31T23:59:600"));
         for text in [
             "2026-06-12",
             "2026-13-12T08:30:15",

@@ -41,9 +41,10 @@ fn notes(notes: &[String]) -> String {
     }
 }
 
-/// What was read: rows, times, dropped.
+/// What was read: rows that are used, those dropped as the trajectory does not cover them, times.
 fn data(survey: &LoadedSurvey) -> String {
-    let mut table = Ruled::new(["data", "file", "records", "dropped", "from, s", "to, s"]).texts(2);
+    let mut table =
+        Ruled::new(["data", "file", "records", "no position", "from, s", "to, s"]).texts(2);
     for row in rows(survey) {
         let (first, last) = row.span.map_or((String::new(), String::new()), |s| {
             (format!("{:.3}", s.first_s), format!("{:.3}", s.last_s))

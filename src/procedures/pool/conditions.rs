@@ -1,4 +1,4 @@
-//! The joint conditions: every sounding and every return lies on the plane of its face (mathematics section 5).
+//! The joint conditions: every sounding and every return lies on the plane of its face (`docs/joint-path.md`).
 //!
 //! `g = n . ( p + dp + Exp(psi) R_b^t [ R u + l ] ) - d - h = 0`, linearised at the adjusted observations (Gauss-Helmert).
 

@@ -9,7 +9,7 @@ use crate::survey::limits::{ABOVE, GATE, KERNEL, WIDTH, limits};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
 
-/// How the reference path measures an angle between two normals (mathematics section 4).
+/// How the reference path measures an angle between two normals (`docs/reference-path.md`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Variant {

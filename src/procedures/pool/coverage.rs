@@ -1,7 +1,7 @@
 //! What the directions of the tied faces determine, the boat's motion aside.
 //!
 //! A plain quay wall gives a formally regular normal matrix: roll and pitch of the boat turn its one normal a little in the
-//! body frame, and pitch, yaw and two components of the lever arm hang on that alone (mathematics section 5). Such a result
+//! body frame, and pitch, yaw and two components of the lever arm hang on that alone (`docs/joint-path.md`). Such a result
 //! stands and falls with errors that no residual shows (latency of the attitude, flexing of the mount), so it is refused. The
 //! judgement takes the mean attitude of each pass, gives every plane the same weight, and looks at the directions that remain.
 

@@ -1,4 +1,4 @@
-//! The joint path: angles, lever arm, planes and trajectory errors in one Gauss-Helmert adjustment (mathematics section 5).
+//! The joint path: angles, lever arm, planes and trajectory errors in one Gauss-Helmert adjustment (`docs/joint-path.md`).
 
 mod epochs;
 mod predict;
@@ -18,8 +18,8 @@ use super::planes::{self, GroupPlanes};
 use super::scene::Scene;
 use super::ties::TieSet;
 use crate::adjust::{
-    AdjustError, BlockId, Estimate, Observability, ParameterSet, Problem, Quality, Snooped,
-    Solution, Status, VarianceComponent,
+    AdjustError, BlockId, ChainModel, Estimate, Observability, ParameterSet, Problem, Quality,
+    Snooped, Solution, Status, VarianceComponent,
 };
 use crate::calibrate::driver::{self, Model, Next, Pass, Schedule};
 use crate::calibrate::verdict::Doubted;
@@ -80,6 +80,8 @@ pub struct JointOutcome {
     pub covariance: Matrix6<f64>,
     /// The last adjustment.
     pub solution: Solution,
+    /// The processes whose states are the trajectory's errors, with their epochs; `None` where these are not estimated.
+    pub chain: Option<ChainModel>,
     /// Handles into its parameters.
     pub blocks: Blocks,
     /// Soundings used.

@@ -295,7 +295,7 @@ fn inclined_advice(
         ((found, _), _) => {
             let missing = if found { "P3" } else { "P1" };
             Some(format!(
-                "{missing} is not seen by both sensors: yaw is weaker, and the sequential path cannot run"
+                "{missing} is not seen by both sensors: yaw is weaker, and the reference path cannot run"
             ))
         }
     }

@@ -90,6 +90,10 @@ impl Loaded for LoadedSurvey {
         &self.inputs
     }
 
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
     fn configuration(&self) -> Result<Value, InputError> {
         Ok(serde_json::to_value(&self.file)?)
     }

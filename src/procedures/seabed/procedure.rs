@@ -77,6 +77,10 @@ impl Loaded for LoadedSeabed {
         &self.inputs
     }
 
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
     fn configuration(&self) -> Result<Value, InputError> {
         Ok(serde_json::to_value(&self.file)?)
     }

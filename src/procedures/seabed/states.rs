@@ -2,6 +2,7 @@
 
 use super::scene::{InsNoise, Line};
 use crate::math;
+use crate::results::DriftSample;
 
 /// What a state moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,6 +178,30 @@ impl States {
             state: self.heights + line,
             weight: 1.0,
         });
+    }
+
+    /// The drift of every component that has one, a part for each line; times count from the first knot.
+    #[must_use]
+    pub fn drifts(&self, states: &[f64]) -> Vec<DriftSample> {
+        let starts = self.chains.iter().flat_map(|c| &c.knots).map(|k| k.start_s);
+        let begin_s = starts.fold(f64::INFINITY, f64::min);
+        let of = |chain: &Chain| {
+            let part = |knots: &Knots| {
+                let at = |k| [knots.time_s(k) - begin_s, states[knots.first + k]];
+                (0..knots.count).map(at).collect()
+            };
+            let (name, angle) = match chain.component {
+                Component::East => ("east", false),
+                Component::North => ("north", false),
+                Component::Up | Component::LineHeight => ("up", false),
+                Component::Pitch => ("pitch, bow up", true),
+                Component::Roll => ("roll, starboard down", true),
+                Component::Heading => ("heading, counter-clockwise", true),
+            };
+            let parts = chain.knots.iter().map(part).collect();
+            DriftSample::new(name, angle, chain.sigma, parts)
+        };
+        self.chains.iter().map(of).collect()
     }
 
     /// Number of the state that is a line's height.

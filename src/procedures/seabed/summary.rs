@@ -410,6 +410,7 @@ pub(super) fn page(
         data: drawn(outcome, scene),
         scripts: &[
             include_str!("page/surfaces.js"),
+            include_str!("page/coverage.js"),
             include_str!("page/features.js"),
             include_str!("page/page.js"),
         ],

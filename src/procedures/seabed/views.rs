@@ -14,6 +14,7 @@ use super::scene::Scene;
 use super::states::States;
 use super::surface::{Surface, cell_side_m, least_cell_m, surfaces};
 use super::tiles::Cell;
+use crate::results::DriftSample;
 
 /// Everything that the report draws of the lines.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -30,6 +31,21 @@ pub(super) struct Views {
     pub by_distance: Vec<Curve>,
     /// Mean height of each line over the others, metres, in the order of the solutions.
     pub lines: Vec<LineView>,
+    /// How densely the seabed is covered by the soundings that the calibration takes.
+    pub coverage: Vec<Covered>,
+    /// What the joint path estimates of the trajectory's drift.
+    pub drift: Vec<DriftSample>,
+}
+
+/// One cell of the seabed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Covered {
+    /// East and north of its middle, metres.
+    at_m: [f64; 2],
+    /// Soundings per square metre, of all lines together.
+    per_m2: f64,
+    /// Lines that have soundings there.
+    lines: u32,
 }
 
 /// Two lines' surfaces, the first less the second.
@@ -95,10 +111,23 @@ pub(super) fn views(outcome: &SeabedOutcome, scene: &Scene) -> Views {
         let height = |line: usize| joint.values.states[joint.states.height_of(line)];
         (0..scene.lines.len()).map(height).collect::<Vec<f64>>()
     });
-    drawn(scene, &outcome.layout, &sheets, heights.as_deref()).named(&solutions, cell_m)
+    let drift = joint.map(|(joint, _)| joint.states.drifts(&joint.values.states));
+    let views = drawn(scene, &outcome.layout, &sheets, heights.as_deref());
+    Views {
+        drift: drift.unwrap_or_default(),
+        ..views.named(&solutions, cell_m)
+    }
+    .thinned_by(stride(outcome))
 }
 
 impl Views {
+    /// Of soundings of which one in `stride` was taken.
+    fn thinned_by(mut self, stride: usize) -> Self {
+        let one = |cell: &mut Covered| cell.per_m2 = round_to(cell.per_m2 * stride as f64, 1000.0);
+        self.coverage.iter_mut().for_each(one);
+        self
+    }
+
     fn named(self, solutions: &[(&'static str, &Values)], cell_m: f64) -> Self {
         Self {
             solutions: solutions.iter().map(|s| s.0).collect(),
@@ -126,16 +155,20 @@ fn drawn(scene: &Scene, layout: &Layout, sheets: &[Sheet], heights: Option<&[f64
         by_angle: curves(|b| &b.angles, BIN_DEG),
         by_distance: curves(|b| &b.distances, wide_m),
         lines: (0..scene.lines.len()).map(line).collect(),
+        coverage: sheets.last().map(|s| s.coverage(scene)).unwrap_or_default(),
         ..Views::default()
     }
 }
 
+/// One in so many soundings is taken.
+fn stride(outcome: &SeabedOutcome) -> usize {
+    let alive = outcome.alive.iter().filter(|alive| **alive).count();
+    alive.div_ceil(MOST_SOUNDINGS).max(1)
+}
+
 fn chosen(outcome: &SeabedOutcome) -> Vec<usize> {
-    let alive: Vec<usize> = (0..outcome.alive.len())
-        .filter(|k| outcome.alive[*k])
-        .collect();
-    let stride = alive.len().div_ceil(MOST_SOUNDINGS).max(1);
-    alive.into_iter().step_by(stride).collect()
+    let alive = (0..outcome.alive.len()).filter(|k| outcome.alive[*k]);
+    alive.step_by(stride(outcome)).collect()
 }
 
 /// Side of the cells: a dozen soundings of a line in each.
@@ -221,6 +254,26 @@ impl Sheet {
             surfaces: (0..scene.lines.len()).map(of_line).collect(),
             points,
         })
+    }
+
+    /// Soundings by square metre and lines of every cell.
+    fn coverage(&self, scene: &Scene) -> Vec<Covered> {
+        let mut cells: BTreeMap<Cell, BTreeMap<u16, u32>> = BTreeMap::new();
+        for (k, point) in &self.points {
+            let line = scene.soundings[*k].line;
+            let cell = cells.entry(Cell::of(point, self.cell_m)).or_default();
+            *cell.entry(line).or_default() += 1;
+        }
+        let area_m2 = self.cell_m * self.cell_m;
+        let one = |(cell, by_line): (Cell, BTreeMap<u16, u32>)| {
+            let middle = cell.centre_m(self.cell_m);
+            Covered {
+                at_m: [middle.x, middle.y].map(|m| round_to(m, 100.0)),
+                per_m2: f64::from(by_line.values().sum::<u32>()) / area_m2,
+                lines: by_line.len() as u32,
+            }
+        };
+        cells.into_iter().map(one).collect()
     }
 
     /// Height of a sounding over the mean of the other lines' surfaces under it; nothing where no other line was.

@@ -1,4 +1,4 @@
-//! The joint conditions: each fix is three observations, the range and two components of the direction (mathematics section 7).
+//! The joint conditions: each fix is three observations, the range and two components of the direction (`docs/usbl.md`).
 //!
 //! `c (T(X_T, X_B) - (1 + s) t) = 0` and `a_i . ((R_b^l R_u^b)^T d(X_T, X_B) - d_obs) = 0`, where `T` and `d` are travel time and
 //! launch direction of the ray from the transducer to the beacon in the level frame, `R_b^l = Exp(psi + datum) R_measured`, `s` is

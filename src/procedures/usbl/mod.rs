@@ -1,4 +1,4 @@
-//! Ultra-short baseline against several beacons: the rotation between transducer and attitude sensor (mathematics section 7).
+//! Ultra-short baseline against several beacons: the rotation between transducer and attitude sensor (`docs/usbl.md`).
 //!
 //! | file | what |
 //! |---|---|

@@ -64,6 +64,10 @@ impl Loaded for LoadedUsbl {
         &self.inputs
     }
 
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
     fn configuration(&self) -> Result<Value, InputError> {
         Ok(serde_json::to_value(&self.file)?)
     }
@@ -218,7 +222,7 @@ fn role(role: Role) -> &'static str {
 fn read_in_words(survey: &LoadedUsbl, common: usize) -> String {
     let campaign = &survey.campaign;
     let mut text = format!(
-        "{}: USBL survey, {} fixes read, {common} of common beacons, {} dropped; {} attitude records\n",
+        "{}: USBL survey, {} fixes read, {common} of common beacons, {} without attitude; {} attitude records\n",
         survey.file.name,
         survey.fixes_read,
         survey.fixes_dropped,

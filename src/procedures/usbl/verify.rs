@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use super::joint::{JointOutcome, SOUGHT};
 use super::scene::Scene;
 use crate::geometry::rotation::skew;
+use crate::math;
 use crate::observe::usbl::Role;
 use crate::stats::ChiSquare;
 
@@ -58,6 +59,9 @@ pub struct Residual {
     pub fix: u32,
     /// East, north, up, metres.
     pub enu_m: Vector3<f64>,
+    /// The same as the device measures: range, first and second component of the direction, each in what the survey states of its
+    /// noise (of fix and attitude).
+    pub in_sigmas: [f64; 3],
     /// Whether it lies beyond the gate.
     pub outlier: bool,
 }
@@ -123,6 +127,29 @@ fn of_attitude(scene: &Scene, way_m: &Vector3<f64>) -> Matrix3<f64> {
     cross * Matrix3::from_diagonal(&Vector3::new(tilt, tilt, azimuth)) * cross.transpose()
 }
 
+/// A residual as range and the two components of the direction, each over its stated sigma.
+fn in_sigmas(
+    scene: &Scene,
+    fix: usize,
+    level: &Matrix3<f64>,
+    way_m: &Vector3<f64>,
+    enu_m: &Vector3<f64>,
+) -> [f64; 3] {
+    let (fixes, attitude) = (&scene.campaign.fixes, &scene.campaign.attitude_noise);
+    let range_m = way_m.norm();
+    let direction = way_m / range_m;
+    let along_m = direction.dot(enu_m);
+    let across = (enu_m - direction * along_m) / range_m;
+    let [first, second] = fixes.noise.axes(&fixes.direction[fix]).map(|axis| {
+        let axis = level * axis;
+        let turned = axis.cross(&direction);
+        let tilt = attitude.roll_pitch_rad * math::hypot(turned.x, turned.y);
+        let azimuth = attitude.heading_rad * turned.z;
+        axis.dot(&across) / (fixes.noise.angle_rad.powi(2) + tilt * tilt + azimuth * azimuth).sqrt()
+    });
+    [along_m / fixes.noise.range_at(range_m), first, second]
+}
+
 /// Residuals of every beacon that has a fix, check beacons too; with `joint` its covariance counts.
 #[must_use]
 pub fn verify(
@@ -161,6 +188,7 @@ fn of_beacon(
         residuals.push(Residual {
             fix: fix as u32,
             enu_m,
+            in_sigmas: in_sigmas(scene, fix, &level, &way_m, &enu_m),
             outlier,
         });
         if outlier {

@@ -8,14 +8,22 @@ function copyButton(content) {
   return button;
 }
 
+/** A name with its positive sense below it, where no column has room for it. */
+function named(words, positive) { return [el("b", {}, words), positive ? el("small", { class: "narrow" }, positive) : ""]; }
+
+function entered(value) { return el("span", { class: "entered" }, el("b", { class: "value" }, value), copyButton(value)); }
+
+function wide(words) { return el("span", { class: "wide" }, words); }
+
 function ownTable(card) {
-  return table(["", number("before"), number("after"), "", number("sigma"), "positive"], card.rows.map(row => [
-    el("b", {}, row.unit ? `${row.name}, ${row.unit}` : row.name), number(row.before), el("b", { class: "value" }, row.after), copyButton(row.after), number(row.sigma || "-"), row.positive]));
+  return table(["", number("before"), "after", number("sigma"), wide("positive")], card.rows.map(row => [
+    el("span", {}, named(row.unit ? `${row.name}, ${row.unit}` : row.name, row.positive)), number(row.before), entered(row.after), number(row.sigma || "-"), wide(row.positive)]));
 }
 
 function conventionTable(entry) {
-  const row = (field, places, unit) => [el("b", {}, `${field.name}, ${unit}`), el("b", { class: "value" }, missing(field.value) ? "left out" : digits(field.value, places)), missing(field.value) ? "" : copyButton(digits(field.value, places)), field.positive];
-  return [table(["", "enter", "", "positive"], [...entry.angles_deg.map(field => row(field, 4, "deg")), ...entry.lever_arm_m.map(field => row(field, 4, "m"))]),
+  const value = (field, places) => missing(field.value) ? el("b", { class: "value" }, "left out") : entered(digits(field.value, places));
+  const row = (field, places, unit) => [el("span", {}, named(`${field.name}, ${unit}`, field.positive)), value(field, places), wide(field.positive)];
+  return [table(["", "enter", wide("positive")], [...entry.angles_deg.map(field => row(field, 4, "deg")), ...entry.lever_arm_m.map(field => row(field, 4, "m"))]),
     note(`${entry.axes}. ${entry.remark}`)];
 }
 

@@ -21,7 +21,7 @@ function lineChart({ title, x, y, log, series, marks }) {
 }
 
 function ordinate(low, high, log, at, box, width) {
-  const step = log ? Math.max(1, Math.ceil((high - low) / 6)) : roundUp((high - low) / 5);
+  const step = log ? Math.max(1, Math.ceil((high - low) / 6)) : tickStep(low, high, 5);
   const places = log ? Array.from({ length: Math.floor((high - low) / step) + 1 }, (_, i) => low + i * step) : ticks(low, high, 5);
   return places.flatMap(v => [
     svg("line", { x1: box.left, x2: width - box.right, y1: at.y(v), y2: at.y(v), stroke: INK.line }),
@@ -50,9 +50,10 @@ function jointCharts(path) {
   const steps = path.solution.convergence, last = steps[steps.length - 1].outer;
   const marks = steps.map((step, i) => ({ place: i + 1, name: String(step.outer) })).filter((_, i) => last > 1 && (!i || steps[i].outer !== steps[i - 1].outer));
   const x = last > 1 ? "iteration; dashed: round of assignment" : "iteration", series = of => [{ name: path.name, colour: path.colour, points: steps.map((step, i) => [i + 1, of(step)]) }];
+  const costs = costByRound(path, steps);
   return [
     lineChart({ title: `${path.name} path: largest step`, x, y: "in sigmas of the parameter", log: true, marks, series: series(step => step.largest_step_in_sigma) }),
-    lineChart({ title: `${path.name} path: robust cost`, x, y: "cost by the first of its round", log: false, marks, series: costByRound(path, steps) }),
+    ...(costs.some(round => round.points.length > 1) ? [lineChart({ title: `${path.name} path: robust cost`, x, y: "cost by the first of its round", log: false, marks, series: costs })] : []),
   ];
 }
 
@@ -86,7 +87,7 @@ function correctionChart(parameter) {
   let low = Math.min(...ends), high = Math.max(...ends);
   const pad = 0.08 * (high - low) || Math.abs(high) * 0.1 || 1;
   [low, high] = [low - pad, high + pad];
-  const at = v => left + (v - low) / (high - low) * (width - 2 * left), step = roundUp((high - low) / 6), bottom = top + row * rows.length;
+  const at = v => left + (v - low) / (high - low) * (width - 2 * left), step = tickStep(low, high, 6), bottom = top + row * rows.length;
   const grid = ticks(low, high, 6).flatMap(v => [svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: INK.line }),
     text(at(v), bottom + 16, tickLabel(v, step), { "text-anchor": "middle", class: "soft" })]);
   const known = missing(truth) ? [] : [svg("line", { x1: at(truth), x2: at(truth), y1: top - 4, y2: bottom + 2, stroke: "var(--good)", "stroke-width": 1.6, "stroke-dasharray": "5 3" })];

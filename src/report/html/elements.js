@@ -63,9 +63,17 @@ function roundUp(value, steps = [1, 2, 5, 10]) {
   return power * (steps.find(step => step * power >= value * (1 - 1e-9)) || 10);
 }
 
+/** Distance of about `count` round places between two values, of three at least. */
+function tickStep(low, high, count) {
+  const places = step => Math.floor(high / step + 1e-9) - Math.ceil(low / step - 1e-9) + 1;
+  let step = roundUp((high - low) / count);
+  while (places(step) < 3) step = roundUp(0.4 * step);
+  return step;
+}
+
 /** About `count` round places between two values. */
 function ticks(low, high, count) {
-  const step = roundUp((high - low) / count), list = [];
+  const step = tickStep(low, high, count), list = [];
   for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) list.push(i * step);
   return list;
 }

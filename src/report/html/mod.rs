@@ -14,11 +14,12 @@ const STYLE: &str = include_str!("report.css");
 const TEMPLATE: &str = include_str!("bare.html");
 
 /// What every calibration's page has before a procedure's own scripts.
-const SHELL: [&str; 7] = [
+const SHELL: [&str; 8] = [
     include_str!("elements.js"),
     include_str!("plots.js"),
     include_str!("solutions.js"),
     include_str!("charts.js"),
+    include_str!("drift.js"),
     include_str!("tables.js"),
     include_str!("verdict.js"),
     include_str!("card.js"),

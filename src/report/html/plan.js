@@ -19,11 +19,11 @@ function buildHead() {
 
 function buildGain() {
   const begin = RESULT.sailed.length, steps = [...(RESULT.sailed_standard_deviation ? [[begin, inWanted(RESULT.sailed_standard_deviation)]] : []), ...RESULT.chosen.map((step, k) => [begin + k + 1, inWanted(step.standard_deviation)])];
-  if (!steps.length) return;
+  if (steps.length < 2) return;
   const series = SOUGHT.map((p, i) => ({ name: p.name, colour: COLOURS[i], points: steps.map(([n, six]) => [n, six[i]]) }));
   const floor = inWanted(RESULT.floor), levels = (floor || []).flatMap((f, i) => f > 0.02 ? [{ colour: COLOURS[i], dash: "3 4", thin: true, dots: false, points: [[steps[0][0], f], [steps[steps.length - 1][0], f]] }] : []);
   add("gain", "Standard deviations with the number of passes", parameterKeys(),
-    plot({ title: "In units of what is wanted", x: { label: "passes in all", whole: true }, y: { label: "sigma by wanted sigma", log: true }, series: [...levels, ...series], marks: [{ y: 1, name: "wanted" }], width: 860, height: 340 }),
+    plot({ title: "In units of what is wanted", x: { label: "passes in all", whole: true }, y: { label: "sigma by wanted sigma", log: true }, series: [...levels, ...series], marks: [{ y: 1, name: "wanted" }], width: 620, height: 310 }),
     note("Each pass is the best of the candidates at its place. Dotted: what no number of these passes goes below", floor && floor.every(f => f <= 0.02) ? " (here too low to be drawn)." : "."));
 }
 
@@ -42,7 +42,7 @@ function shortName(pass) {
 function notOffered() {
   const reasons = {};
   RESULT.candidates.filter(c => c.refusal).forEach(c => (reasons[c.refusal] = reasons[c.refusal] || []).push(c.pass.name));
-  return Object.entries(reasons).map(([reason, names]) => note(`Not offered: ${names.join("; ")}: ${reason}.`));
+  return Object.entries(reasons).map(([reason, names]) => note(`Not offered: ${names.slice(0, 3).join("; ")}${names.length > 3 ? ` and ${names.length - 3} more` : ""}: ${reason}.`));
 }
 
 function candidateBars(parameter, i) {
@@ -51,9 +51,9 @@ function candidateBars(parameter, i) {
   const values = rows.filter(r => r.six).map(r => r.six[i]), end = 1.05 * Math.max(...values, sailed ? sailed[i] : 0, 1e-12), at = v => left + v / end * (width - left - right);
   const bars = rows.flatMap((r, k) => [text(left - 6, top + (k + 0.5) * row + 4, r.name, { "text-anchor": "end", style: `font-size:11px${r.k === chosen ? ";font-weight:700" : ""}` }),
     svg("rect", { x: left, y: top + k * row + 3, width: Math.max(0.5, at(r.six[i]) - left), height: row - 5, fill: COLOURS[i], "fill-opacity": r.k === chosen ? 1 : 0.5 }),
-    text(at(r.six[i]) + 4, top + (k + 0.5) * row + 4, short(r.six[i]), { class: "soft", style: "font-size:11px" })]);
+    text(at(r.six[i]) + 4, top + (k + 0.5) * row + 4, short(r.six[i]), { class: "soft over", style: "font-size:11px" })]);
   const lines = [[WANTED[i], "#1a7f4b"], ...(sailed ? [[sailed[i], "#5b6b78"]] : [])].filter(([v]) => v <= end).map(([v, colour]) => svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "5 3" }));
-  return el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  sigma, ${parameter.unit}`)), picture(width, bottom + 6, `candidates, ${parameter.name}`, bars, lines));
+  return el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  sigma, ${parameter.unit}`)), picture(width, bottom + 6, `candidates, ${parameter.name}`, lines, bars));
 }
 
 function buildCandidates() {
@@ -125,7 +125,7 @@ function buildTables() {
   add("tables", "Standard deviations",
     table(["with", ...UNITS], [["wanted", ...cells(RESULT.wanted)], [RESULT.sailed.length ? "what is sailed" : "nothing sailed", ...cells(RESULT.sailed_standard_deviation)], ["a million of each (floor)", ...cells(RESULT.floor)]]),
     RESULT.chosen.length ? [el("h3", {}, "Order to sail"), table([number("#"), "pass", ...UNITS], RESULT.chosen.map((s, k) => [number(String(k + 1)), s.name, ...cells(s.standard_deviation)]))] : [],
-    el("h3", {}, "Candidates, if sailed next"), table([number("#"), "pass", number("Y, m"), number("soundings"), number("returns"), ...UNITS, ""], RESULT.candidates.map((c, k) => [number(String(k + 1)), ...pass(c.pass), number(grouped(c.soundings)), number(grouped(c.returns)), ...cells(c.standard_deviation_if_next), c.refusal || ""])));
+    el("details", {}, el("summary", {}, "Candidates, if sailed next"), table([number("#"), "pass", number("Y, m"), number("soundings"), number("returns"), ...UNITS], RESULT.candidates.map((c, k) => [number(String(k + 1)), ...pass(c.pass), number(grouped(c.soundings)), number(grouped(c.returns)), ...cells(c.standard_deviation_if_next)]).filter((_, k) => !RESULT.candidates[k].refusal))));
 }
 
 function buildEnd() {

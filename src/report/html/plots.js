@@ -35,7 +35,7 @@ function scale(values, log, from, to, count) {
   const pad = 0.04 * (high - low);
   [low, high] = [log || low < 0 ? low - pad : Math.max(0, low - pad), high + pad];
   const at = v => from + (turn(v) - low) / (high - low) * (to - from);
-  return { at, low, high, ticks: log ? logTicks(low, high, count) : ticks(low, high, count).map(v => [v, tickLabel(v, roundUp((high - low) / count))]) };
+  return { at, low, high, ticks: log ? logTicks(low, high, count) : ticks(low, high, count).map(v => [v, tickLabel(v, tickStep(low, high, count))]) };
 }
 
 /** Powers of ten, with 2 and 5 between where there is room. */
@@ -52,13 +52,13 @@ function logTicks(low, high, count) {
   return list;
 }
 
-/** A plot of curves. x, y: { label, log, words, whole }; series: { name, colour, dash, points, dots }; marks: level lines { y, name }. */
+/** A plot of curves. x, y: { label, log, words, whole, also }; series: { name, colour, dash, points, dots, line, size }; marks: level lines { y, name }. */
 function plot({ title, sub, x, y, series, marks = [], width = 380, height = 260 }) {
   const box = { left: 62, right: 14, top: 12, bottom: 42 };
   const seen = series.map(s => ({ ...s, points: s.points.filter(p => !missing(p[0]) && !missing(p[1]) && (!y.log || p[1] > 0)) })).filter(s => s.points.length);
   const head = el("h3", {}, title, sub ? el("small", {}, `  ${sub}`) : "");
   if (!seen.length) return el("figure", {}, head, note("nothing to show"));
-  const flat = seen.flatMap(s => s.points.flatMap(p => p[2] ? [p, [p[0], p[2][0]], [p[0], p[2][1]]] : [p])), across = scale(flat.map(p => p[0]), x.log, box.left, width - box.right, 6);
+  const flat = seen.flatMap(s => s.points.flatMap(p => p[2] ? [p, [p[0], p[2][0]], [p[0], p[2][1]]] : [p])), across = scale([...flat.map(p => p[0]), ...(x.also || [])], x.log, box.left, width - box.right, 6);
   const up = scale([...flat.map(p => p[1]), ...marks.map(m => m.y), ...(y.also || [])], y.log, height - box.bottom, box.top, 5);
   const parts = [...frame(box, width, height, x, y, across, up), ...levels(marks, up, box, width)];
   return el("figure", {}, head, picture(width, height, title, parts, seen.map(s => curve(s, across, up))));
@@ -83,15 +83,47 @@ function levels(marks, up, box, width) {
     shift = before !== null && before - y < 13 ? shift + 92 : 0;
     before = y;
     return [svg("line", { x1: box.left, x2: width - box.right, y1: y, y2: y, stroke: colour, "stroke-width": 1.3, "stroke-dasharray": "6 3" }),
-      text(width - box.right - 2 - shift, y - 4, mark.name, { "text-anchor": "end", style: `fill:${colour};font-size:11px` })];
+      text(width - box.right - 2 - shift, y - 4, mark.name, { "text-anchor": "end", class: "over", style: `fill:${colour};font-size:11px` })];
   });
 }
 
 function curve(s, across, up) {
   const places = s.points.map(([x, y]) => [across.at(x).toFixed(1), up.at(y).toFixed(1)]);
   const line = s.line === false ? [] : [svg("polyline", { points: places.map(p => p.join(",")).join(" "), fill: "none", stroke: s.colour, "stroke-width": s.thin ? 1.2 : 2, "stroke-dasharray": s.dash || null })];
-  const dots = s.dots === false ? [] : places.map(([cx, cy]) => svg("circle", { cx, cy, r: 2.6, fill: s.colour }));
+  const dots = s.dots === false ? [] : places.map(([cx, cy]) => svg("circle", { cx, cy, r: s.size || 2.6, fill: s.colour, "fill-opacity": s.size < 4 ? 0.55 : null, stroke: s.size >= 4 ? INK.paper : null }));
   return [...line, ...dots, ...s.points.filter(p => p[2]).map(([x, , [low, high]]) => svg("line", { x1: across.at(x), x2: across.at(x), y1: up.at(low), y2: up.at(high), stroke: s.colour, "stroke-width": 1.2 }))];
+}
+
+/** The colours of a density from 0 to `end`. */
+function densityLegend(end, words) {
+  const width = 260, steps = 52, cells = Array.from({ length: steps }, (_, i) => svg("rect", { x: i * width / steps, y: 0, width: width / steps + 0.5, height: 12, fill: css(shade((i + 0.5) / steps)) }));
+  const labels = [0, 0.25, 0.5, 0.75, 1].map(part => text(part * width, 26, short(part * end), { "text-anchor": part === 0 ? "start" : part === 1 ? "end" : "middle", class: "soft" }));
+  return el("div", { class: "legend" }, picture(width, 30, `colour scale, ${words}`, cells, labels), words);
+}
+
+/** A ruler under a map: `size` pixels for a metre, `low` at the left edge. Where not all labels have room, the first and the last stand. */
+function ruler(width, size, low, unit) {
+  const high = low + width / size, count = Math.max(3, Math.min(8, width / 60)), step = tickStep(low, high, count), places = ticks(low, high, count), labels = places.map(v => tickLabel(v, step));
+  const crowded = 8 * labels.join(" ").length > width, shown = k => !crowded || k === 0 || k === places.length - 1;
+  const marks = places.flatMap((v, k) => { const x = (v - low) * size; return [svg("line", { x1: x, x2: x, y1: 0, y2: 5, stroke: INK.mark }), shown(k) ? text(Math.max(9, Math.min(width - 9, x)), 18, labels[k], { "text-anchor": "middle", class: "soft" }) : null]; });
+  return picture(width, 34, `axis in ${unit}`, svg("line", { x1: 0, x2: width, y1: 0.5, y2: 0.5, stroke: INK.mark }), marks, text(width / 2, 32, unit, { "text-anchor": "middle", class: "soft" }));
+}
+
+// AGAINST THE NORMAL CURVE
+
+const NORMAL_KEY = { name: "normal curve as stated", colour: "var(--good)", dash: "6 3" };
+
+/** How residuals in their stated sigmas are spread, against the normal curve that they follow if what is stated is right. Groups: { name, colour, values }. */
+function againstNormal(title, sub, groups, size = {}) {
+  const reach = 4, width = 0.25, places = Array.from({ length: 2 * reach / width }, (_, i) => -reach + (i + 0.5) * width);
+  const density = values => {
+    const counts = places.map(() => 0);
+    values.forEach(v => { const place = Math.floor((v + reach) / width); if (place >= 0 && place < counts.length) counts[place] += 1; });
+    return places.map((x, i) => [x, counts[i] / Math.max(1, values.length) / width]);
+  };
+  const curve = Array.from({ length: 81 }, (_, i) => -reach + i * reach / 40).map(x => [x, Math.exp(-x * x / 2) / Math.sqrt(2 * Math.PI)]);
+  const series = [{ ...NORMAL_KEY, dots: false, points: curve }, ...groups.map(group => ({ name: group.name, colour: group.colour, points: density(group.values) }))];
+  return plot({ title, sub, x: { label: "residual / stated sigma" }, y: { label: "density" }, series, ...size });
 }
 
 /** The values of one key as abscissae: numbers where all are, places in the list otherwise. */

@@ -32,7 +32,8 @@ struct PoolPlan {
     config: JointConfig,
     request: PlanRequest,
     points: Vec<(Point, Scenario)>,
-    sailed_for_real: bool,
+    /// What is to be said of reading the survey; `None` for a scenario.
+    of_reading: Option<Vec<String>>,
 }
 
 /// The plan of a scenario or survey file.
@@ -40,13 +41,12 @@ struct PoolPlan {
 /// # Errors
 /// [`InputError`]: what is wrong with the file, a key of `vary` or a name of `wanted`.
 pub fn planner(file: &Path, text: &str, ask: &PlanAsk) -> Result<Box<dyn Planner>, InputError> {
-    let sailed_for_real = is_survey(text);
-    let (scenario, config) = if sailed_for_real {
+    let (scenario, config, of_reading) = if is_survey(text) {
         of_survey(file)?
     } else {
         let read = scenario::beside(file, text)?;
         let joint = read.calibration(file)?.joint;
-        (read.scenario, joint)
+        (read.scenario, joint, None)
     };
     let with_scenario = |point: Point| {
         let there = at(&scenario, &point, &ALIASES, Scenario::check);
@@ -59,15 +59,17 @@ pub fn planner(file: &Path, text: &str, ask: &PlanAsk) -> Result<Box<dyn Planner
         scenario,
         config,
         points,
-        sailed_for_real,
+        of_reading,
     }))
 }
 
-/// The passes of a survey as sailed.
-fn of_survey(file: &Path) -> Result<(Scenario, JointConfig), InputError> {
+/// The passes of a survey as sailed, and what is to be said of reading it.
+type Sailed = (Scenario, JointConfig, Option<Vec<String>>);
+
+fn of_survey(file: &Path) -> Result<Sailed, InputError> {
     let survey = load(file)?;
     match as_scenario(&survey) {
-        Some(scenario) => Ok((scenario, survey.file.joint)),
+        Some(scenario) => Ok((scenario, survey.file.joint, Some(survey.notes))),
         None => Err(SurveyError::from(Problem::new(
             file,
             "whole file",
@@ -123,8 +125,10 @@ impl Planner for PoolPlan {
         let (scenario, request) = (&self.scenario, &self.request);
         let mut result = planned(scenario, request, &self.points, &self.config, progress)
             .map_err(InputError::unworkable)?;
-        if self.sailed_for_real {
-            result.notes.insert(0, AS_SAILED.to_owned());
+        if let Some(notes) = &self.of_reading {
+            let first = std::iter::once(AS_SAILED.to_owned());
+            let read = notes.iter().map(|note| format!("{note}."));
+            result.notes.splice(0..0, first.chain(read));
         }
         Ok(result)
     }

@@ -2,7 +2,7 @@
 //!
 //! The boat lies level; a beam at angle `b` from the vertical (positive to starboard) reaches the flat floor `d` below the sonar at
 //! `v = d (tan b, 0, -1)` in the body. Then `dX = delta x v + dl + dp + psi x (v + l) + dv` with the calibration's error
-//! `(delta, dl)`, the INS's `(dp, psi)` and the sonar's own `dv` (mathematics section 3).
+//! `(delta, dl)`, the INS's `(dp, psi)` and the sonar's own `dv` (`docs/georeferencing.md`).
 
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3};
 

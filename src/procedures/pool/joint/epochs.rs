@@ -1,4 +1,4 @@
-//! Which records of the trajectory carry states, and the processes that err there (mathematics section 5).
+//! Which records of the trajectory carry states, and the processes that err there (`docs/joint-path.md`).
 
 use super::super::scene::Scene;
 use super::super::ties::TieSet;
@@ -62,7 +62,7 @@ impl Epochs {
     }
 }
 
-/// The stochastic processes of a trajectory's errors: white per record, and drift (mathematics section 5).
+/// The stochastic processes of a trajectory's errors: white per record, and drift ([`crate::adjust::ChainModel`]).
 fn processes(scene: &Scene) -> Vec<Process> {
     let noise = &scene.campaign.trajectory.noise;
     let white = |component, sigma| Process {

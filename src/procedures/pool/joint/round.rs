@@ -60,6 +60,7 @@ impl Frame<'_> {
             mounting: self.blocks.mounting.at(&solution.estimate.parameters),
             covariance: six_covariance(&solution, self.blocks),
             solution,
+            chain: self.epochs.chain.clone().filter(|_| self.has_states()),
             blocks: self.blocks.clone(),
             soundings: ties.soundings,
             returns: ties.returns,

@@ -69,7 +69,7 @@ function drawMap(plane, path, scale) {
     pen.closePath();
     pen.stroke();
   }
-  return el("figure", {}, canvas, el("figcaption", {}, el("b", { style: `color:${path.colour}` }, path.name), el("span", {}, rmsOf(plane, path))));
+  return el("figure", {}, canvas, ruler(width, scale, low[0], "m"), el("figcaption", {}, el("b", { style: `color:${path.colour}` }, path.name), el("span", {}, rmsOf(plane, path))));
 }
 
 /** RMS of a plane of one face, as the result states it; several faces have theirs in the table. */

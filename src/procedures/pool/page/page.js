@@ -39,4 +39,6 @@ function referenceChart(solution) {
 const reference = RESULT.solutions.reference;
 if (reference && reference.details && reference.details.passes.length) OWN_CONVERGENCE.push(referenceChart(reference));
 
-OWN.push(buildScene, buildMaps, buildResiduals, buildFaces, buildPose);
+function buildPoolDrift() { buildDrift(SAMPLES.drift, "Axes of the target; the passes stand apart."); }
+
+OWN.push(buildScene, buildMaps, buildCoverage, buildResiduals, buildFaces, buildPoolDrift, buildPose);

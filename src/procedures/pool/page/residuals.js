@@ -26,24 +26,17 @@ function residualPlot(paths, title, label, column, bins) {
   return plot({ title, x: { label }, y: { label: "residual, mm", also: [0] }, series, marks: [{ y: 0, name: "", colour: INK.mark }] });
 }
 
-/** Residuals in their stated sigmas against the normal curve that they would follow if what is stated is right. */
+/** Residuals in their stated sigmas against the normal curve. */
 function histogram(paths) {
-  const reach = 4, width = 0.25, places = Array.from({ length: 2 * reach / width }, (_, i) => -reach + (i + 0.5) * width);
-  const density = path => {
-    const residual = SOUNDINGS.residual[path.key], all = residualRows(path).filter(i => SOUNDINGS.sigma[i] > 0).map(i => residual[i] / SOUNDINGS.sigma[i]), counts = places.map(() => 0);
-    all.forEach(v => { const place = Math.floor((v + reach) / width); if (place >= 0 && place < counts.length) counts[place] += 1; });
-    return places.map((x, i) => [x, counts[i] / Math.max(1, all.length) / width]);
-  };
-  const normalCurve = Array.from({ length: 81 }, (_, i) => -reach + i * reach / 40).map(x => [x, Math.exp(-x * x / 2) / Math.sqrt(2 * Math.PI)]);
-  const series = [{ name: "as stated", colour: "var(--good)", dash: "6 3", dots: false, points: normalCurve }, ...paths.map(path => ({ name: path.name, colour: path.colour, points: density(path) }))];
-  return plot({ title: "Residuals in stated sigmas", x: { label: "residual / stated sigma" }, y: { label: "density" }, series });
+  const values = path => { const residual = SOUNDINGS.residual[path.key]; return residualRows(path).filter(i => SOUNDINGS.sigma[i] > 0).map(i => residual[i] / SOUNDINGS.sigma[i]); };
+  return againstNormal("Residuals in stated sigmas", "", paths.map(path => ({ name: path.name, colour: path.colour, values: values(path) })));
 }
 
 function buildResiduals() {
   const paths = PATHS.filter(path => SOUNDINGS.residual[path.key] && residualRows(path).length > 100);
   if (!paths.length) return;
   add("residuals", "Residuals by beam angle, range and time",
-    keys([...paths.map(path => ({ name: `${path.name}: mean`, colour: path.colour, dash: "" })), ...paths.map(path => ({ name: `${path.name}: RMS`, colour: path.colour, dash: "5 3" })), { name: "normal curve as stated", colour: "var(--good)", dash: "6 3" }]),
+    keys([...paths.map(path => ({ name: `${path.name}: mean`, colour: path.colour, dash: "" })), ...paths.map(path => ({ name: `${path.name}: RMS`, colour: path.colour, dash: "5 3" })), NORMAL_KEY]),
     el("div", { class: "row2" }, residualPlot(paths, "By beam angle", "across-track angle, deg, positive to starboard", SOUNDINGS.across, 30),
       residualPlot(paths, "By range", "slant range, m", SOUNDINGS.range, 25), residualPlot(paths, "By time", "time since the first sounding, s", SOUNDINGS.time, 40), histogram(paths)),
     note("Each dot is the mean of as many soundings as any other. A slope over the angle is a roll error or a wrong sound speed, one over the range a scale or a range offset, a wave over time a drift of the INS, which the joint path estimates and these residuals still contain. ",

@@ -1,4 +1,4 @@
-//! The reference path: angles, then offsets, as the patent does it (CN105425246B steps 3 and 4; mathematics section 4).
+//! The reference path: angles, then offsets, as the patent does it (CN105425246B steps 3 and 4; `docs/reference-path.md`).
 //!
 //! The scanner's planes are the truth, the multibeam's are compared with them in the target frame, and every correction
 //! is carried over into the body with the mean attitude of the soundings it came from. `docs/reference-path.md` maps the

@@ -6,13 +6,14 @@ use serde::Serialize;
 use super::super::run::PoolOutcome;
 use super::sample_types::{FaceSample, FaceStatistics, PerPath, ReportSamples, SoundingSample};
 use crate::calibrate::truth::{TrueMounting, TrueValues};
-use crate::results::{Calibration, Page};
+use crate::results::{Calibration, DriftSample, Page};
 use crate::simulate::Truth;
 
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 6] = [
     include_str!("../page/draw.js"),
     include_str!("../page/view3d.js"),
     include_str!("../page/maps.js"),
+    include_str!("../page/coverage.js"),
     include_str!("../page/residuals.js"),
     include_str!("../page/page.js"),
 ];
@@ -74,6 +75,7 @@ struct Data<'a> {
     water_level_m: Option<f64>,
     trajectory_m: &'a [Vec<[f64; 3]>],
     face_statistics: &'a [FaceStatistics],
+    drift: &'a [DriftSample],
     soundings: Soundings,
     returns: Returns,
 }
@@ -86,6 +88,7 @@ impl<'a> Data<'a> {
             water_level_m: samples.water_level_m,
             trajectory_m: &samples.trajectory_m,
             face_statistics: &samples.face_statistics,
+            drift: &samples.drift,
             soundings: soundings(&samples.soundings),
             returns: returns(samples),
         }

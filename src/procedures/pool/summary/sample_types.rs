@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::results::DriftSample;
+
 /// What the pictures are drawn from. Stays in memory; `result.json` does not hold it. A hundred thousand points keep the report quick.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReportSamples {
@@ -17,6 +19,8 @@ pub struct ReportSamples {
     pub trajectory_m: Vec<Vec<[f64; 3]>>,
     /// Residual figures per face of all used soundings, not of the samples only.
     pub face_statistics: Vec<FaceStatistics>,
+    /// The trajectory's drift as the joint path estimates it.
+    pub drift: Vec<DriftSample>,
 }
 
 /// One value per path that ran.

@@ -9,9 +9,11 @@ use super::residuals::{Residuals, Sums, sounding_point};
 use super::sample_types::{
     FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample,
 };
+use crate::adjust::{Process, ProcessKind, VISIBLE};
 use crate::calibrate::cloud::SensorModel;
 use crate::georef::along_normal;
 use crate::observe::Mounting;
+use crate::results::DriftSample;
 use crate::target::Role;
 
 /// Most tied soundings or returns that are shown, and most of the others.
@@ -31,7 +33,45 @@ pub fn samples(outcome: &PoolOutcome) -> ReportSamples {
         returns: returns(outcome, &residuals),
         trajectory_m: tracks(outcome),
         face_statistics: statistics(outcome, &residuals),
+        drift: drift(outcome).unwrap_or_default(),
     }
+}
+
+/// A curve of the drift is broken where no observation hangs on the records for longer, seconds.
+const DRIFT_GAP_S: f64 = 2.0;
+
+/// What drifts, by the number of its component: the place in the target frame, and turns about its axes.
+const DRIFTS: [&str; VISIBLE] = [
+    "through the wall, away from the boat",
+    "along the wall",
+    "up",
+    "turn about the axis through the wall",
+    "turn about the axis along the wall",
+    "heading, counter-clockwise",
+];
+
+/// The drift that the joint path estimates along; nothing where it has none or no usable result.
+fn drift(outcome: &PoolOutcome) -> Option<Vec<DriftSample>> {
+    let joint = outcome.joint.as_ref()?;
+    let (model, state) = (
+        joint.chain.as_ref()?,
+        joint.solution.estimate.chain.as_ref()?,
+    );
+    let begin_s = *model.times_s().first()?;
+    let stretches = || model.times_s().chunk_by(|a, b| b - a <= DRIFT_GAP_S);
+    let of = |(place, process): (usize, &Process)| {
+        let mut epoch = 0;
+        let mut value = |time_s: &f64| {
+            epoch += 1;
+            [time_s - begin_s, state.state(epoch - 1)[place]]
+        };
+        let parts = stretches().map(|part| part.iter().map(&mut value).collect());
+        let (name, angle) = (DRIFTS[process.component], process.component > 2);
+        DriftSample::new(name, angle, process.sigma, parts.collect())
+    };
+    let processes = model.processes().iter().enumerate();
+    let slow = processes.filter(|(_, p)| p.kind != ProcessKind::White);
+    Some(slow.filter(|_| outcome.refusal.is_none()).map(of).collect())
 }
 
 fn faces(outcome: &PoolOutcome) -> Vec<FaceSample> {

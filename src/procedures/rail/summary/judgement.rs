@@ -1,4 +1,4 @@
-//! Quality figures of the joint path as they stand in a result (mathematics section 6).
+//! Quality figures of the joint path as they stand in a result ([`crate::adjust::assess`]).
 
 use super::super::joint::{RailJoint, Suspect};
 use super::super::scene::RailScene;

@@ -12,7 +12,9 @@ use super::super::simulate::RailTruth;
 use super::super::simulate::truth::ProfilerTruth;
 use super::{usable_joint, usable_reference};
 use crate::calibrate::truth::{TrueMounting, TrueValues};
+use crate::geometry::curve::Element;
 use crate::geometry::rotation;
+use crate::math;
 use crate::observe::Mounting;
 use crate::results::{Calibration, Page};
 
@@ -58,8 +60,12 @@ pub struct ResidualSample {
     pub element: u32,
     /// Position of the table.
     pub position: u32,
+    /// Place on the profile: length of the standard profile from its begin, millimetres.
+    pub along_mm: f64,
     /// Distance from the profile under the joint solution, millimetres.
     pub joint_mm: f64,
+    /// Standard deviation of the same by the profiler's stated noise, millimetres.
+    pub stated_mm: f64,
 }
 
 /// Points of a profile shown per profiler and path.
@@ -192,7 +198,10 @@ pub fn page(
         title: title.to_owned(),
         kind: "calibration of track profilers at a standard rail",
         data: serde_json::to_value(samples)?,
-        scripts: &[include_str!("../page/page.js")],
+        scripts: &[
+            include_str!("../page/page.js"),
+            include_str!("../page/residuals.js"),
+        ],
         tables: vec![],
         against_truth: truth.map(|t| true_values(t).against(&result.solutions)),
     })
@@ -277,6 +286,39 @@ fn profiles(outcome: &RailOutcome) -> Vec<ProfileSample> {
     all
 }
 
+/// Lengths along the standard profile.
+struct Ruler {
+    /// Where each element begins, metres, and points along it at even distances.
+    elements: Vec<(f64, f64, Vec<Vector2<f64>>)>,
+}
+
+impl Ruler {
+    fn of(scene: &RailScene) -> Self {
+        let mut begin_m = 0.0;
+        let one = |e: &Element| {
+            let (from_m, length_m) = (begin_m, e.length_m());
+            begin_m += length_m;
+            (from_m, length_m, e.samples(DRAWN_M))
+        };
+        Self {
+            elements: scene.rail.elements.iter().map(one).collect(),
+        }
+    }
+
+    /// Length to the sample of the element that is nearest to a point, metres.
+    fn place_m(&self, element: usize, q: &Vector2<f64>) -> f64 {
+        let (from_m, length_m, samples) = &self.elements[element];
+        let mut best = (f64::INFINITY, 0);
+        for (k, sample) in samples.iter().enumerate() {
+            let distance_m = (sample - q).norm_squared();
+            if distance_m < best.0 {
+                best = (distance_m, k);
+            }
+        }
+        from_m + length_m * best.1 as f64 / (samples.len().max(2) - 1) as f64
+    }
+}
+
 fn residuals(outcome: &RailOutcome) -> Vec<ResidualSample> {
     let Some(found) = usable_joint(outcome) else {
         return vec![];
@@ -285,19 +327,27 @@ fn residuals(outcome: &RailOutcome) -> Vec<ResidualSample> {
     let states = found.solution.estimate.chain.as_ref();
     let step = found.ties.len().div_ceil(RESIDUALS).max(1);
     let offsets = found.blocks.profile.map(|id| x.euclidean(id));
+    let ruler = Ruler::of(scene);
     let one = |t: &Tie| {
         let at = Turned::at(scene, &found.blocks, x, states, t.position as usize);
         let profiler = scene.campaign.points.profiler[t.row as usize];
         let m = &found.mountings[profiler as usize];
         let q =
             at.section(&(m.rotation * scene.campaign.points.point(t.row as usize) + m.lever_arm_m));
-        let off = scene.rail.elements[usize::from(t.element)]
-            .extended(&q)
-            .distance_m;
+        let offset = scene.rail.elements[usize::from(t.element)].extended(&q);
+        let off = offset.distance_m;
+        let normal = at.rail * Vector3::new(offset.normal.x, 0.0, offset.normal.y);
+        let own = (at.body * m.rotation).tr_mul(&normal);
+        let device = &scene.campaign.profilers[profiler as usize];
         ResidualSample {
             profiler,
             element: u32::from(t.element),
             position: t.position,
+            along_mm: micrometres(ruler.place_m(usize::from(t.element), &q)),
+            stated_mm: micrometres(math::hypot(
+                own.x * device.lateral_sigma_m,
+                own.z * device.vertical_sigma_m,
+            )),
             joint_mm: micrometres(off - offsets.map_or(0.0, |o| o[usize::from(t.element)])),
         }
     };

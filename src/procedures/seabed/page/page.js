@@ -48,4 +48,6 @@ function buildSeabed() {
   if (patch) add("patch", "Steps of the patch test", stepsOf(patch), note("Each parameter where the surfaces of its two lines differ least, the others held."));
 }
 
-OWN.push(buildDifferences, buildBeams, buildHeights, buildFeatures, buildSeabed);
+function buildSeabedDrift() { buildDrift(VIEWS.drift, "A curve for each line."); }
+
+OWN.push(buildDifferences, buildCoverage, buildBeams, buildHeights, buildFeatures, buildSeabedDrift, buildSeabed);

@@ -36,7 +36,7 @@ function differenceMap(pair, cells, solution, end) {
     pen.fillRect(-edge / 2, -edge / 2, edge + 0.5, edge + 0.5);
   }
   const rms = pair.rms_m[solution];
-  return el("figure", {}, canvas, el("figcaption", {}, el("b", { style: `color:${SOLUTION_COLOURS[VIEWS.solutions[solution]]}` }, name), missing(rms) ? "" : `  RMS ${digits(1e3 * rms, 1)} mm`));
+  return el("figure", {}, canvas, solution === VIEWS.solutions.length - 1 ? ruler(width, size, right[0] - side - right[0], "m along the first line") : "", el("figcaption", {}, el("b", { style: `color:${SOLUTION_COLOURS[VIEWS.solutions[solution]]}` }, name), missing(rms) ? "" : `  RMS ${digits(1e3 * rms, 1)} mm`));
 }
 
 function pairMaps(pair, end) {

@@ -224,7 +224,7 @@ fn open(sides: &[[Side; 2]], found: &Overall) -> Option<String> {
     (!names.is_empty()).then(|| names.join(", "))
 }
 
-/// The paper's unknowns in the sense of this program: roll, heading and latency with the opposite sign (mathematics, section 9).
+/// The paper's unknowns in the sense of this program: roll, heading and latency with the opposite sign (`docs/seabed.md`).
 fn corrected(nominal: &Values, found: &Overall) -> Values {
     let mut step = vec![0.0; super::super::model::COUNT + nominal.states.len()];
     step[0] = found.pitch_rad;

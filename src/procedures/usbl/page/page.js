@@ -8,27 +8,32 @@ const shownPaths = ["reference", "joint"].filter(path => DETAILS.verification.so
 
 // LAYOUT
 
-/** The beacons seen from above or from the side; axes are indices of east, north, up. */
+/** The beacons and the rays to them, seen from above or from the side; axes are indices of east, north, up. */
 function layoutView(title, across, up, names) {
-  const width = 430, height = 400, pad = 46, places = [...BEACONS.map(b => b.position_m), [0, 0, 0]];
-  const values = axis => places.map(p => p[axis]), span = axis => Math.max(...values(axis)) - Math.min(...values(axis));
-  const size = Math.min((width - 2 * pad) / Math.max(span(across), 1), (height - 2 * pad) / Math.max(span(up), 1));
-  const middle = axis => (Math.max(...values(axis)) + Math.min(...values(axis))) / 2;
-  const at = p => [width / 2 + (p[across] - middle(across)) * size, height / 2 - (p[up] - middle(up)) * size];
+  const width = 430, height = 400, box = { left: 56, right: 14, top: 12, bottom: 42 }, places = [...BEACONS.map(b => b.position_m), [0, 0, 0]];
+  const ends = axis => { const all = places.map(p => p[axis]); return [Math.min(...all), Math.max(...all)]; };
+  const inner = [width - box.left - box.right, height - box.top - box.bottom], [right, high] = [ends(across), ends(up)];
+  const size = 0.8 * Math.min(inner[0] / Math.max(right[1] - right[0], 1), inner[1] / Math.max(high[1] - high[0], 1));
+  const axis = ([low, top], length, from, way) => {
+    const middle = (low + top) / 2, half = length / size / 2, [a, b] = [middle - half, middle + half], step = tickStep(a, b, 5);
+    return { at: v => from + way * (v - middle) * size, ticks: ticks(a, b, 5).map(v => [v, tickLabel(v, step)]) };
+  };
+  const x = axis(right, inner[0], box.left + inner[0] / 2, 1), y = axis(high, inner[1], box.top + inner[1] / 2, -1), at = p => [x.at(p[across]), y.at(p[up])];
   const means = DETAILS.verification.flatMap(v => shownPaths.map(path => v[path] && v[path].mean_m)).filter(m => m);
-  const longest = Math.max(1e-6, ...means.map(m => Math.hypot(m[across], m[up]))), unit = roundUp(longest), stretch = 60 / unit;
-  const lines = BEACONS.map(b => { const [x, y] = at(b.position_m), [x0, y0] = at([0, 0, 0]); return svg("line", { x1: x0, y1: y0, x2: x, y2: y, stroke: INK.line }); });
-  const marks = BEACONS.map((b, k) => {
-    const [x, y] = at(b.position_m), colour = b.role === "check" ? COLOURS.check : INK.ink, v = DETAILS.verification[k];
-    const arrows = shownPaths.filter(path => v && v[path]).map(path => arrow(x, y, v[path].mean_m[across] * stretch, -v[path].mean_m[up] * stretch, COLOURS[path]));
-    return svg("g", {}, svg("title", {}, `${b.name}, ${b.role}`), b.role === "check" ? svg("rect", { x: x - 6, y: y - 6, width: 12, height: 12, fill: INK.paper, stroke: colour, "stroke-width": 2 }) : svg("circle", { cx: x, cy: y, r: 6, fill: INK.paper, stroke: colour, "stroke-width": 2 }), arrows, text(x + 10, y - 9, b.name));
-  });
-  const [tx, ty] = at([0, 0, 0]), transducer = [svg("path", { d: `M${tx - 8} ${ty + 6} h16 l-8 -13 Z`, fill: COLOURS.joint }), tx < 90 ? text(tx + 11, ty + 3, "transducer") : text(tx - 11, ty + 3, "transducer", { "text-anchor": "end" })];
-  const metre = roundUp(Math.max(span(across), span(up)) / 5), bar = metre * size;
-  const rulers = [svg("line", { x1: 12, x2: 12 + bar, y1: height - 12, y2: height - 12, stroke: INK.ink, "stroke-width": 2 }), text(12, height - 18, `${short(metre)} m`),
-    ...(means.length ? [svg("line", { x1: width - 72, x2: width - 12, y1: height - 12, y2: height - 12, stroke: INK.soft, "stroke-width": 2 }), text(width - 72, height - 18, `${short(1e3 * unit)} mm`)] : [])];
-  const compass = [text(width - 12, 16, `${names[0]} to the right, ${names[1]} to the top`, { "text-anchor": "end", class: "soft" })];
-  return el("figure", {}, el("h3", {}, title), picture(width, height, title, lines, transducer, marks, rulers, compass));
+  const longest = Math.max(1e-6, ...means.map(m => Math.hypot(m[across], m[up]))), unit = roundUp(longest), stretch = 46 / unit;
+  const [x0, y0] = at([0, 0, 0]), lines = BEACONS.map(b => { const [x1, y1] = at(b.position_m); return svg("line", { x1: x0, y1: y0, x2: x1, y2: y1, stroke: INK.mark, "stroke-dasharray": "2 3" }); });
+  const marks = BEACONS.map((b, k) => beaconMark(b, DETAILS.verification[k], at(b.position_m), m => [m[across] * stretch, -m[up] * stretch]));
+  const left = x0 > width / 2, transducer = [svg("path", { d: `M${x0 - 8} ${y0 + 6} h16 l-8 -13 Z`, fill: COLOURS.joint }), text(x0 + (left ? 12 : -12), y0 - 10, "transducer", { "text-anchor": left ? "start" : "end" })];
+  const bar = means.length ? [svg("line", { x1: width - 14 - unit * stretch, x2: width - 14, y1: box.top + 16, y2: box.top + 16, stroke: INK.ink, "stroke-width": 2.2 }), text(width - 14, box.top + 10, `arrows: ${short(1e3 * unit)} mm`, { "text-anchor": "end" })] : [];
+  return el("figure", {}, el("h3", {}, title), picture(width, height, `${title}: beacons, rays and mean residuals`, frame(box, width, height, { label: `${names[0]}, m` }, { label: `${names[1]}, m` }, x, y), lines, transducer, marks, bar));
+}
+
+/** A beacon with the arrows of its mean residuals; its name stands where they do not point. */
+function beaconMark(beacon, verified, [x, y], scaled) {
+  const colour = beacon.role === "check" ? COLOURS.check : INK.ink, shown = shownPaths.filter(path => verified && verified[path]), ways = shown.map(path => scaled(verified[path].mean_m));
+  const spot = beacon.role === "check" ? svg("rect", { x: x - 6, y: y - 6, width: 12, height: 12, fill: INK.paper, stroke: colour, "stroke-width": 2 }) : svg("circle", { cx: x, cy: y, r: 6, fill: INK.paper, stroke: colour, "stroke-width": 2 });
+  const left = ways.reduce((sum, way) => sum + way[0], 0) > 0;
+  return svg("g", {}, svg("title", {}, `${beacon.name}, ${beacon.role}`), spot, shown.map((path, k) => arrow(x, y, ...ways[k], COLOURS[path])), text(x + (left ? -10 : 10), y + 18 + 14 * (BEACONS.indexOf(beacon) % 2), beacon.name, { "text-anchor": left ? "end" : "start" }));
 }
 
 function arrow(x, y, dx, dy, colour) {
@@ -39,47 +44,14 @@ function arrow(x, y, dx, dy, colour) {
     svg("path", { d: `M${ex} ${ey} L${ex - ux * head - uy * head * 0.45} ${ey - uy * head + ux * head * 0.45} L${ex - ux * head + uy * head * 0.45} ${ey - uy * head - ux * head * 0.45} Z`, fill: colour })];
 }
 
-function pathLegend() {
-  return keys([...shownPaths.map(path => ({ name: `${PATH_NAMES[path]} path`, colour: COLOURS[path], dash: "" })), { name: "check beacon (square)", colour: COLOURS.check }]);
+function pathLegend(...more) {
+  return keys([...shownPaths.map(path => ({ name: `${PATH_NAMES[path]} path`, colour: COLOURS[path], dash: "" })), ...more]);
 }
 
 function buildLayout() {
-  add("layout", "Beacons, and where the corrected sensor puts them", pathLegend(),
-    el("div", { class: "row3" }, layoutView("From above", 0, 1, ["east", "north"]), layoutView("From the south", 0, 2, ["east", "height"])),
-    shownPaths.length ? note("Arrows: mean of predicted minus surveyed position of each beacon, enlarged by the scale at the lower right; positions by the scale at the lower left. The check beacon took no part.") : note("The beacons as surveyed; there is no correction to verify."));
-}
-
-// RESIDUALS
-
-function scatter(beacon, k) {
-  const own = SAMPLES.fixes.filter(f => f.beacon === k), width = 300, height = 260, pad = 18;
-  const good = own.filter(f => !f.outlier), all = good.flatMap(f => shownPaths.map(path => f[`${path}_m`])).filter(m => m);
-  if (!all.length) return [];
-  const end = roundUp(1e3 * Math.max(1e-6, ...all.map(m => Math.max(Math.abs(m[0]), Math.abs(m[1])))), [1, 1.5, 2, 3, 4, 5, 7, 10]);
-  const at = m => [width / 2 + 1e3 * m[0] / end * (width / 2 - pad), height / 2 - 1e3 * m[1] / end * (height / 2 - pad)];
-  const axes = [svg("line", { x1: pad, x2: width - pad, y1: height / 2, y2: height / 2, stroke: INK.line }), svg("line", { x1: width / 2, x2: width / 2, y1: pad, y2: height - pad, stroke: INK.line }),
-    text(width - 4, height / 2 + 14, `${short(end)} mm east`, { "text-anchor": "end", class: "soft" }), text(width / 2 + 5, pad + 4, `${short(end)} mm north`, { class: "soft" })];
-  const points = shownPaths.flatMap(path => good.filter(f => f[`${path}_m`]).map(f => { const [x, y] = at(f[`${path}_m`]); return svg("circle", { cx: x.toFixed(1), cy: y.toFixed(1), r: 1.8, fill: COLOURS[path], "fill-opacity": 0.5 }); }));
-  const v = DETAILS.verification[k], means = shownPaths.filter(path => v[path]).map(path => { const [x, y] = at(v[path].mean_m); return svg("path", { d: `M${x - 7} ${y} H${x + 7} M${x} ${y - 7} V${y + 7}`, stroke: COLOURS[path], "stroke-width": 2.5 }); });
-  return el("figure", {}, el("h3", {}, `${beacon.name}`, el("small", {}, `  ${beacon.role}`)), picture(width, height, `residuals of ${beacon.name}`, axes, points, means));
-}
-
-function buildScatter() {
-  if (!SAMPLES.fixes.length || !shownPaths.length) return;
-  add("scatter", "Residuals of the fixes, from above", pathLegend(), el("div", { class: "row4" }, BEACONS.map(scatter)),
-    note("Predicted minus surveyed beacon, fix by fix; crosses: means. Fixes beyond five standard deviations are left out."));
-}
-
-function series(beacon, k) {
-  const path = shownPaths[shownPaths.length - 1], own = SAMPLES.fixes.filter(f => f.beacon === k && f[`${path}_m`] && !f.outlier);
-  const one = (axis, name, colour) => ({ name, colour, points: own.map(f => [f.time_s, 1e3 * f[`${path}_m`][axis]]) });
-  return plot({ title: beacon.name, sub: beacon.role, x: { label: "s" }, y: { label: "mm" }, width: 380, height: 220, series: [one(0, "east", WHEEL[0]), one(1, "north", WHEEL[1]), one(2, "up", WHEEL[2])], marks: [{ y: 0, name: "" }] });
-}
-
-function buildSeries() {
-  if (!SAMPLES.fixes.length || !shownPaths.length) return;
-  add("series", `Residuals in time, ${PATH_NAMES[shownPaths[shownPaths.length - 1]].toLowerCase()} path`, keys([["east", 0], ["north", 1], ["up", 2]].map(([name, i]) => ({ name, colour: WHEEL[i], dash: "" }))),
-    el("div", { class: "row3" }, BEACONS.map(series)));
+  add("layout", "Beacons, and where the corrected sensor puts them", pathLegend({ name: "check beacon (square)", colour: COLOURS.check }),
+    el("div", { class: "row2" }, layoutView("From above", 0, 1, ["east", "north"]), layoutView("From the south", 0, 2, ["east", "up"])),
+    shownPaths.length ? note("Counted from the transducer. Dotted: the rays, drawn straight. Arrows: mean of predicted minus surveyed position of each beacon, enlarged as the bar says. The check beacon took no part.") : note("The beacons as surveyed; there is no correction to verify."));
 }
 
 // TABLES
@@ -104,8 +76,6 @@ function buildVerification() {
   const rows = DETAILS.verification.map((v, k) => [v.beacon, v.role, number(grouped(BEACONS[k].fixes)), number(`${(v.joint || v.reference || {}).outliers || 0}`), ...shownPaths.flatMap(path => [three(v[path], "mean_m"), number(v[path] ? digits(1e3 * v[path].rms_m, 1) : "-")]),
     three(v.joint, "mean_standard_deviation_m"), number(v.joint && !missing(v.joint.test_statistic) ? digits(v.joint.test_statistic, 1) : ""), number(v.joint && !missing(v.joint.p_value) ? probability(v.joint.p_value) : "")]);
   add("verification", "Verification: predicted minus surveyed beacons, mm",
-    table(["beacon", "role", number("fixes"), number("outliers"), ...shownPaths.flatMap(path => [number(`${PATH_NAMES[path].toLowerCase()} e, n, u`), number("rms")]), number("sigma of mean"), number("chi-square (3)"), number("p")], rows),
+    table(["beacon", "role", number("fixes"), number("gross errors"), ...shownPaths.flatMap(path => [number(`${PATH_NAMES[path].toLowerCase()} e,\u00a0n,\u00a0u`), number("rms")]), number("sigma of mean"), number("chi-square (3)"), number("p")], rows),
     note("The correction is applied to the sensor's attitude, the beacons are predicted from each fix and compared with the total station. Only the check beacon's test is a test: the others have helped to find the correction."));
 }
-
-OWN.push(buildLayout, buildScatter, buildVerification, buildSeries, buildPrinted);

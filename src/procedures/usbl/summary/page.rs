@@ -31,6 +31,9 @@ pub struct UsblFixSample {
     pub reference_m: Option<[f64; 3]>,
     /// The same with the joint path.
     pub joint_m: Option<[f64; 3]>,
+    /// Range, first and second component of the direction by the path that is shown (the joint one where it ran): predicted minus
+    /// surveyed over its stated sigma.
+    pub in_sigmas: Option<[f64; 3]>,
     /// Whether it is an outlier (under the joint path where it ran).
     pub outlier: bool,
 }
@@ -50,7 +53,10 @@ pub fn page(
         title: title.to_owned(),
         kind: "calibration of an ultra-short baseline",
         data: serde_json::to_value(samples(outcome))?,
-        scripts: &[include_str!("../page/page.js")],
+        scripts: &[
+            include_str!("../page/page.js"),
+            include_str!("../page/residuals.js"),
+        ],
         against_truth: truth.map(|t| true_values(t).against(&result.solutions)),
     })
 }
@@ -92,6 +98,7 @@ fn samples(outcome: &UsblOutcome) -> UsblSamples {
                 time_s: fixes.time_s[fix as usize] - begin_s,
                 reference_m: reference.map(|r| r.enu_m.into()),
                 joint_m: joint.map(|r| r.enu_m.into()),
+                in_sigmas: joint.or(reference).map(|r| r.in_sigmas),
                 outlier: joint.or(reference).is_some_and(|r| r.outlier),
             });
         }

@@ -1,6 +1,6 @@
 //! A USBL survey file and every file that it names, composed into a campaign.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Vector3};
@@ -375,7 +375,7 @@ fn fixes(
         speed_m_s,
         noise: file.fixes.noise(),
     };
-    let (mut unknown, mut outside): (Vec<&str>, Vec<(usize, String)>) = (vec![], vec![]);
+    let (mut unknown, mut outside): (Vec<usize>, Vec<(usize, String)>) = (vec![], vec![]);
     let mut seen = HashSet::new();
     for (k, name) in records.beacon.iter().enumerate() {
         if !seen.insert(exactly(records, k)) {
@@ -383,7 +383,7 @@ fn fixes(
         }
         let time_s = records.time_s[k] + file.fixes.time_offset_s;
         let Some(beacon) = beacons.iter().position(|b| b.point.name == *name) else {
-            unknown.push(name);
+            unknown.push(k);
             continue;
         };
         if let Err(why) = attitude.pose_at(time_s) {
@@ -393,7 +393,7 @@ fn fixes(
         let travel_time_s = travel_time_s(file, records, k, speed_m_s);
         if !(travel_time_s > 0.0) {
             let found = format!("a travel time of {travel_time_s} s without the turnaround");
-            let place = format!("line {}", k + 2);
+            let place = format!("line {}", records.line[k]);
             problems.push(Problem::new(&paths.fixes, place, found, "a time above 0"));
         }
         out.time_s.push(time_s);
@@ -401,9 +401,9 @@ fn fixes(
         out.travel_time_s.push(travel_time_s);
         out.direction.push(records.direction[k]);
     }
-    problems.extend(unknown_beacons(unknown, beacons, paths));
+    problems.extend(unknown_beacons(records, &unknown, beacons, paths));
     if file.attitude.outside == OutsideRule::Error {
-        problems.extend(without_attitude(&outside, paths));
+        problems.extend(without_attitude(records, &outside, paths));
     }
     (out, outside.len())
 }
@@ -431,22 +431,39 @@ fn travel_time_s(file: &UsblFile, records: &FixRecords, k: usize, speed_m_s: f64
     }
 }
 
-/// One problem per name that the control file does not have.
-fn unknown_beacons(mut names: Vec<&str>, beacons: &[Beacon], paths: &Paths) -> Vec<Problem> {
-    names.sort_unstable();
-    names.dedup();
+/// One problem per name that the control file does not have, at the first line that has it.
+fn unknown_beacons(
+    records: &FixRecords,
+    rows: &[usize],
+    beacons: &[Beacon],
+    paths: &Paths,
+) -> Vec<Problem> {
+    let mut first: BTreeMap<&str, (u64, usize)> = BTreeMap::new();
+    for &k in rows {
+        let held = first.entry(&records.beacon[k]);
+        held.or_insert((records.line[k], 0)).1 += 1;
+    }
     let known: Vec<_> = beacons.iter().map(|b| b.point.name.as_str()).collect();
     let expected = format!("a beacon of the control file: {}", known.join(", "));
-    let problem = |name: &str| {
-        let found = format!("beacon \"{name}\"");
-        Problem::new(&paths.fixes, "column beacon", found, &expected)
+    let problem = |(name, (line, count)): (&str, (u64, usize))| {
+        let others = match count {
+            1 => String::new(),
+            n => format!(", and in {} more rows", n - 1),
+        };
+        let found = format!("beacon \"{name}\"{others}");
+        let place = format!("line {line}, column beacon");
+        Problem::new(&paths.fixes, place, found, &expected)
     };
-    names.into_iter().map(problem).collect()
+    first.into_iter().map(problem).collect()
 }
 
-fn without_attitude(outside: &[(usize, String)], paths: &Paths) -> Option<Problem> {
+fn without_attitude(
+    records: &FixRecords,
+    outside: &[(usize, String)],
+    paths: &Paths,
+) -> Option<Problem> {
     let (k, why) = outside.first()?;
-    let place = format!("line {}, column time_s", k + 2);
+    let place = format!("line {}, column time_s", records.line[*k]);
     let found = format!("{} fixes without attitude, the first: {why}", outside.len());
     let expected = "an attitude at every fix ([attitude] outside = \"drop\" leaves such fixes out)";
     Some(Problem::new(&paths.fixes, place, found, expected))

@@ -206,6 +206,7 @@ fn fixes(scenario: &Scenario, survey: &Simulated) -> FixRecords {
         direction_kind,
         range: fixes.travel_time_s.iter().map(|t| t * per_second).collect(),
         direction: fixes.direction.clone(),
+        line: vec![],
         notes: vec![],
     }
 }
