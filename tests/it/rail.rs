@@ -202,6 +202,27 @@ fn without_noise_the_truth_is_found() {
     }
 }
 
+/// Its fillet R7, which the path used to rest on, had three points where eight were needed.
+#[test]
+fn the_reference_path_works_on_uic60() {
+    let uic60 = RailProfile::built_in("uic60").expect("a rail");
+    let survey = simulate(&thin(), &uic60, 1).expect("a survey");
+    let (reference, joint) = Default::default();
+    let input = RailInput {
+        campaign: &survey.campaign,
+        rail: &uic60,
+        method: Method::Reference,
+        reference: &reference,
+        joint: &joint,
+    };
+    let outcome = calibrate(&input);
+    let found = outcome.reference.expect("ran").expect("found");
+    for (found, mounting) in found.iter().zip(&survey.reality.mountings) {
+        let roll = found.mounting.angles().0 - mounting.angles().0;
+        assert!(roll.abs() < 0.5f64.to_radians(), "{}", roll.to_degrees());
+    }
+}
+
 /// A rail that runs east-south-east, leans and climbs: the same truth.
 #[test]
 fn the_rail_may_point_anywhere() {
