@@ -152,6 +152,8 @@ pub struct Stand {
     pub pivot_rail_m: Vector2<f64>,
     /// Its uncertainty per axis, metres.
     pub pivot_rail_sigma_m: f64,
+    /// How far the table's lateral axis may lie before its vertical one (backwards negative), metres, one sigma; 0 where they meet.
+    pub axes_gap_sigma_m: f64,
     /// Orientation of the rail in the level frame: roll, pitch, heading, radians.
     pub rail_attitude_rad: [f64; 3],
     /// Its uncertainty about the level axes x, y, z, radians, constant errors of the INS included.

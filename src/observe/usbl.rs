@@ -124,13 +124,15 @@ impl Fixes {
     }
 }
 
-/// White noise of the attitude sensor per record.
+/// Noise of the attitude sensor: white per record, or wandering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AttitudeNoise {
     /// Roll and pitch, radians.
     pub roll_pitch_rad: f64,
     /// Heading, radians.
     pub heading_rad: f64,
+    /// Time after which two errors have forgotten each other (Gauss-Markov), seconds; 0 for white noise.
+    pub correlation_time_s: f64,
 }
 
 /// What nothing in the data can tell from the mounting: a constant turn between the attitude sensor's level frame and the

@@ -97,10 +97,27 @@ fn an_inclined_plane_cuts_the_rail_as_the_rotation_says() {
 /// those of the misclosure.
 #[test]
 fn conditions_vanish_at_the_truth_and_derive_as_differences_do() {
-    let survey = without_noise(&thin());
+    vanish_and_derive(&without_noise(&thin()));
+}
+
+/// With a lateral axis that lies before the vertical one, drawn by its sigma.
+#[test]
+fn conditions_know_a_gap_between_the_table_s_axes() {
+    let mut scenario = thin();
+    scenario.table.axes_gap_sigma_m = 0.003;
+    scenario.sources = RailSources::only(&[RailSource::AxesGap]);
+    let survey = simulate(&scenario, &chn60(), 1).expect("a survey");
+    assert!(survey.reality.axes_gap_m.abs() > 1e-4);
+    vanish_and_derive(&survey);
+}
+
+fn vanish_and_derive(survey: &SimulatedRail) {
     let rail = chn60();
     let scene = RailScene::new(&survey.campaign, &rail);
-    let (x, blocks) = parameters(&scene, &survey.reality.mountings).expect("unknowns");
+    let (mut x, blocks) = parameters(&scene, &survey.reality.mountings).expect("unknowns");
+    if let Some(gap) = blocks.gap {
+        x.block_mut(gap).value = vec![survey.reality.axes_gap_m];
+    }
     let model = chain(&scene).expect("a chain");
     let states = ChainState::zero(&model);
     let ties: Vec<Tie> = scene
@@ -182,6 +199,27 @@ fn without_noise_the_truth_is_found() {
     for (found, mounting) in reference.iter().zip(&survey.reality.mountings) {
         let roll = found.mounting.angles().0 - mounting.angles().0;
         assert!(roll.abs() < 0.1f64.to_radians(), "{}", roll.to_degrees());
+    }
+}
+
+/// Its fillet R7, which the path used to rest on, had three points where eight were needed.
+#[test]
+fn the_reference_path_works_on_uic60() {
+    let uic60 = RailProfile::built_in("uic60").expect("a rail");
+    let survey = simulate(&thin(), &uic60, 1).expect("a survey");
+    let (reference, joint) = Default::default();
+    let input = RailInput {
+        campaign: &survey.campaign,
+        rail: &uic60,
+        method: Method::Reference,
+        reference: &reference,
+        joint: &joint,
+    };
+    let outcome = calibrate(&input);
+    let found = outcome.reference.expect("ran").expect("found");
+    for (found, mounting) in found.iter().zip(&survey.reality.mountings) {
+        let roll = found.mounting.angles().0 - mounting.angles().0;
+        assert!(roll.abs() < 0.5f64.to_radians(), "{}", roll.to_degrees());
     }
 }
 

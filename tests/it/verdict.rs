@@ -92,7 +92,7 @@ fn one_step_estimates_what_was_put_in() {
         ("attitude_scale", 1, -0.01, |c| {
             scaled(&mut c.trajectory.pitch_rad, 1.01);
         }),
-        ("attitude_offset", 2, 5e-4, |c| {
+        ("heading_offset", 0, 5e-4, |c| {
             shifted(&mut c.trajectory.heading_rad, 5e-4);
         }),
     ];

@@ -132,3 +132,57 @@ fn an_ins_in_radians_is_not_snooped_away() {
     });
     assert_eq!(first(&radians), "ins_in_radians");
 }
+
+/// By its own fixes, not as noise of all.
+#[test]
+fn a_beacon_three_decimetres_off_is_named() {
+    for metres in [0.1, 0.3] {
+        let moved = usbl(1, |c| c.beacons[1].point.position_m.y += metres);
+        assert_eq!(first(&moved), "beacon_position", "{moved:#?}");
+        assert!(moved.findings[0].seen.contains("B2"), "{moved:#?}");
+    }
+}
+
+/// A lateral axis 3 mm before the vertical one is named; with its sigma stated it is an unknown, and the survey is usable.
+#[test]
+fn a_gap_between_the_table_s_axes_is_named_or_estimated() {
+    let mut scenario = RailScenario::from_toml(RAIL).expect("a scenario");
+    scenario.table.axes_gap_sigma_m = 0.003;
+    let chn60 = RailProfile::built_in("chn60").expect("a rail");
+    let survey = simulate_rail(&scenario, &chn60, 1).expect("a survey");
+    let gap_m = survey.reality.axes_gap_m;
+    let (reference, joint) = (RailReferenceConfig::default(), RailJointConfig::default());
+    let input = |campaign| RailInput {
+        campaign,
+        rail: &chn60,
+        method: Method::Joint,
+        reference: &reference,
+        joint: &joint,
+    };
+    let outcome = calibrate_rail(&input(&survey.campaign));
+    assert!(
+        outcome.verdict().state.is_usable(),
+        "{:#?}",
+        outcome.verdict()
+    );
+    let found = outcome
+        .joint
+        .as_ref()
+        .expect("ran")
+        .as_ref()
+        .expect("solved");
+    let (x, block) = (
+        &found.solution.estimate.parameters,
+        found.blocks.gap.expect("a gap"),
+    );
+    let sigma_m = found.solution.cofactor[(x.offset(block), x.offset(block))].sqrt();
+    let error_m = x.euclidean(block)[0] - gap_m;
+    assert!(
+        error_m.abs() < 4.0 * sigma_m && sigma_m < 0.1 * gap_m.abs(),
+        "{error_m} {sigma_m}"
+    );
+    let mut silent = survey.campaign.clone();
+    silent.stand.axes_gap_sigma_m = 0.0;
+    let unknown = calibrate_rail(&input(&silent)).verdict();
+    assert_eq!(first(&unknown), "axes_gap");
+}

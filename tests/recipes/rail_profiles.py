@@ -142,7 +142,7 @@ write("models/rails/chn60.toml", chn60(), title="CHN60, the Chinese 60 kg/m rail
 # axis 30.5 above the base and 1:9 from 12 at the edge; area 77.45 cm2.
 # Assumed, because no text at hand gives it: jaw R2, upper fillet R25, foot R40, toe R4, heel R2, and that the web is thinnest half-way
 # between 48.5 and 145.5 below the top.""")
-write("models/rails/uic60.toml", uic60(), title="UIC 60 (60E1)", name="UIC60", line="flank 1:20", arc="lower fillet R7",
+write("models/rails/uic60.toml", uic60(), title="UIC 60 (60E1)", name="UIC60", line="flank 1:20", arc="corner R13",
       source="""# Source: section 60E1 of EN 13674-1 (UIC 861-3): height 172, head 72, foot 150, web 16.5, crown R300 (20.456 wide), R80, R13, flank 1:20 from
 # a head width of 72, underside 1:2.75 meeting the axis 51 below the top, web R120 and fillets R7, foot 1:2.75 and 1:14 from 11.5 at the
 # edge; area 76.70 cm2. The ends of the straight web (60 and 91.1 above the base), the height 31.785 where the foot's 1:2.75 meets the axis

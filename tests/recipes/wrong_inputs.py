@@ -1,15 +1,16 @@
 """Makes mistakes that surveyors make to simulated surveys and counts what the verdict says: standard library only.
 
-    python3 tests/recipes/wrong_inputs.py target/release/boresight pool|pool-one|usbl|rail|seabed [SEEDS] [CASE ...]
+    python3 tests/recipes/wrong_inputs.py target/release/boresight pool|pool-one|usbl|rail [SEEDS] [CASE ...]
 
-Each line: the mistake; of how many seeds usable was withdrawn (or the input refused); seeds that passed although the mistake moved
-a parameter by more than 2 sigma from where the same seed's right survey puts it (silent: the bar is 1 in 100); the largest such move
-in sigmas; how often the first finding named the cause; the codes that came first. Seeds are 1 to SEEDS. `right` makes no mistake.
+Each line: the mistake; of how many seeds usable was withdrawn (or the input refused); seeds that passed without a word of the cause
+although the mistake moved a parameter by more than 2 sigma from where the same seed's right survey puts it (silent: the bar is 1 in
+100); the largest move of those that passed, in sigmas; how often the first finding named the cause; the codes that came first. Seeds
+are 1 to SEEDS. `right` makes no mistake. The last line is the sum of all mistakes.
 """
 import collections, csv, json, math, os, re, subprocess, sys, tempfile
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
-SCENARIOS = {"pool": "three-pass-thin", "pool-one": "single-pass-thin", "usbl": "usbl-thin", "rail": "rail-thin", "seabed": "seabed-thin"}
+SCENARIOS = {"pool": "three-pass-thin", "pool-one": "single-pass-thin", "usbl": "usbl-thin", "rail": "rail-thin"}
 
 
 def change(folder, name, column, f):
@@ -191,6 +192,14 @@ def target(old, new):
     return f
 
 
+def arms_exchanged(folder):
+    path = os.path.join(folder, "survey.toml")
+    with open(path) as file:
+        arms = dict(re.findall(r"^\[(multibeam|lidar)\]\n(?:(?!\[).*\n)*?lever_arm_m = (.*)$", file.read(), re.M))
+    survey(folder, "multibeam", "lever_arm_m", arms["lidar"])
+    survey(folder, "lidar", "lever_arm_m", arms["multibeam"])
+
+
 def frd(v):
     return [v[1], v[0], -v[2]]
 
@@ -222,6 +231,7 @@ POOL = {
     "scanner arm x negated": ("scanner", key("lidar", "lever_arm_m", vector(lambda v: [-v[0], v[1], v[2]]))),
     "scanner arm y negated": ("scanner", key("lidar", "lever_arm_m", vector(lambda v: [v[0], -v[1], v[2]]))),
     "scanner arm x and y exchanged": ("scanner", key("lidar", "lever_arm_m", vector(lambda v: [v[1], v[0], v[2]]))),
+    "arms of sounder and scanner exchanged": ("arm|size|scanner|share", lambda d, s: arms_exchanged(d)),
     "scanner arm z 5 cm off": ("scanner", key("lidar", "lever_arm_m", vector(lambda v: [v[0], v[1], v[2] + 0.05]))),
     "scanner roll negated": ("scanner", key("lidar.mounting_deg", "roll", times(-1))),
     "scanner heading negated": ("scanner", key("lidar.mounting_deg", "heading", times(-1))),
@@ -476,7 +486,7 @@ def main():
     global PROGRAM, WHICH
     PROGRAM, WHICH = os.path.abspath(sys.argv[1]), sys.argv[2]
     seeds = int(sys.argv[3]) if len(sys.argv) > 3 else 10
-    wanted = sys.argv[4:]
+    wanted, total = sys.argv[4:], [0, 0, 0, 0]
     print("| mistake | withdrawn | silent | largest move of those that passed | cause first | first codes |\n|---|---|---|---|---|---|")
     for name, (expected, spoil) in CASES[WHICH].items():
         if wanted and not any(name.startswith(w) for w in wanted):
@@ -485,13 +495,17 @@ def main():
             continue
         outcomes = [tried(name, expected, spoil, seed) for seed in range(1, seeds + 1)]
         withdrawn = sum(not o[0] for o in outcomes)
-        silent = sum(o[0] and o[1] > 2 for o in outcomes)
+        silent = sum(o[0] and o[1] > 2 and not o[2] for o in outcomes)
+        if spoil:
+            counts = [len(outcomes), withdrawn, silent, sum(o[2] for o in outcomes)]
+            total = [a + b for a, b in zip(total, counts)]
         codes = collections.Counter(o[3].split(":")[0] or "none" for o in outcomes)
         said = ", ".join(f"{code} {count}" for code, count in codes.most_common(4))
         print(f"| {name} | {withdrawn} of {seeds} | {silent} | {max(o[1] for o in outcomes):.1f} | {sum(o[2] for o in outcomes)} | {said} |", flush=True)
         if os.environ.get("WORDS"):
             for o in outcomes[:2]:
                 print("    ", o[3][:300])
+    print(f"| all mistakes | {total[1]} of {total[0]} | {total[2]} | | {total[3]} | |")
 
 
 main()

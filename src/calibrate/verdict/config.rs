@@ -16,6 +16,7 @@ pub const CODES: &[&str] = &[
     "scanner_mounting",
     "attitude_scale",
     "attitude_offset",
+    "heading_offset",
     "mounting_of_pass",
     "datum_of_pass",
     "face_offset",
@@ -34,6 +35,8 @@ pub const CODES: &[&str] = &[
     "attitude",
     "heading_scale",
     "beacon",
+    "beacon_position",
+    "transducer_position",
 ];
 
 const VARIANCE: Limits = limits(ABOVE, 1e6, "a factor above 0 and up to 1000000");

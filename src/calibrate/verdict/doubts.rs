@@ -10,7 +10,7 @@ use crate::results::{Bound, Finding, Severity};
 use crate::units::with_sigma;
 
 /// Error probability of the score tests of all doubts of a survey together.
-const FAMILY_ALPHA: f64 = 1e-3;
+const FAMILY_ALPHA: f64 = 3e-3;
 /// Doubts that are named at the most.
 const MOST_NAMED: usize = 3;
 /// A doubt whose effect on every parameter stays below this many sigmas withdraws nothing.

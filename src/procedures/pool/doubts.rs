@@ -77,6 +77,7 @@ struct Columns {
     /// Scale of roll and pitch, and what each takes from the other.
     attitude: Option<usize>,
     level: Option<usize>,
+    heading: Option<usize>,
     /// Per pass.
     mounting: Vec<Option<usize>>,
     datum: Vec<Option<usize>>,
@@ -202,17 +203,18 @@ impl<'a> Doubts<'a> {
         let components = scales.map(|name| Component::new(name, Unit::One)).to_vec();
         self.columns.attitude =
             self.add(Doubt::several("attitude_scale", what, components, advice));
-        let level = [
-            "about east of the target",
-            "about north of the target",
-            "heading",
-        ];
-        let what = "the attitude is turned against the world";
-        let advice = "check the heading (grid or magnetic instead of true, [target] azimuth_deg) and the motion sensor's level";
+        let level = ["about east of the target", "about north of the target"];
+        let what = "the attitude leans against the world";
+        let advice = "check the motion sensor's level";
         let components = level
             .map(|name| Component::new(name, Unit::Radian))
             .to_vec();
         self.columns.level = self.add(Doubt::several("attitude_offset", what, components, advice));
+        // by itself: beside five others a wrong heading, or a scanner turned by as much, goes unheard
+        let what = "the heading is turned against the world, or the scanner in the boat (counter-clockwise)";
+        let advice = "check the heading (grid or magnetic instead of true, [target] azimuth_deg), and the heading of [lidar] mounting_deg";
+        let doubt = Doubt::single("heading_offset", what, Unit::Radian, advice);
+        self.columns.heading = self.add(doubt);
     }
 
     fn by_pass(&mut self) {
@@ -276,7 +278,11 @@ impl<'a> Doubts<'a> {
             push(first + 2, turn.y * pitch);
             push(first + 3, by_pitch * roll);
         }
-        push_three(self.columns.level, &sight.attitude, push);
+        if let Some(first) = self.columns.level {
+            push(first, sight.attitude.x);
+            push(first + 1, sight.attitude.y);
+        }
+        push_one(self.columns.heading, || sight.attitude.z, push);
         let datum = self.columns.datum[self.passes.at(stamp_s)];
         push_three(datum, &sight.normal, push);
         self.face(face, push);

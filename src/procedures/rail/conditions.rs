@@ -123,7 +123,9 @@ impl PointConditions<'_> {
         row.extend(x.offset(own.rotation), turned_u.cross(&n_body).as_slice());
         row.extend(x.offset(own.arm), &[n_body.x, n_body.z]);
         row.push(x.offset(own.along), n_body.y);
-        let lever = (turned.body * arm).cross(&at.normal);
+        let lever = turned
+            .place_m(&(arm + turned.pivot_body_m))
+            .cross(&at.normal);
         row.extend(x.offset(b.level), lever.as_slice());
         let seated = (turned.seat * arm).cross(&(turned.table.transpose() * at.normal));
         row.extend(x.offset(b.seat), seated.as_slice());
@@ -133,9 +135,14 @@ impl PointConditions<'_> {
         if let Some(id) = b.profile {
             row.push(x.offset(id) + usize::from(tie.element), -1.0);
         }
+        if let Some(id) = b.gap {
+            row.push(x.offset(id), at.normal.dot(&turned.by_gap()));
+        }
+        // a turn about the lateral axis leaves that axis where it is
+        let carried = turned.body * arm - turned.table.column(1) * turned.gap_m;
         let (by_heading, by_pitch) = (
             turned.heading_axis.dot(&lever),
-            turned.pitch_axis.dot(&lever),
+            turned.pitch_axis.dot(&carried.cross(&at.normal)),
         );
         row.chain = Some(chain_row(tie.position, by_heading, by_pitch));
     }

@@ -27,7 +27,7 @@ pub struct Doubts<'a> {
     chain: Option<&'a ChainState>,
     ties: &'a [Tie],
     /// First column of the gap, of the INS, and the column of each element.
-    gap: usize,
+    gap: Option<usize>,
     ins: usize,
     elements: Vec<Option<usize>>,
     /// What is doubted, in the order of the columns.
@@ -46,7 +46,7 @@ impl<'a> Doubts<'a> {
             "axes_gap",
             "the table's lateral axis lies before its vertical one",
             Unit::Metre,
-            "measure the gap between the table's axes and move one of them, or use a table whose axes meet",
+            "state how well the table's axes meet ([table] axes_gap_sigma_m), or use a table whose axes meet",
         );
         let axes = ["about x", "about y", "heading"].map(|name| Component::new(name, Unit::Radian));
         let ins = Doubt::several(
@@ -61,19 +61,28 @@ impl<'a> Doubts<'a> {
             x,
             chain,
             ties,
-            gap: 0,
-            ins: 1,
+            gap: None,
+            ins: 0,
             elements: vec![None; scene.rail.elements.len()],
-            list: vec![gap, ins],
+            list: vec![ins],
         };
+        if blocks.gap.is_none() {
+            doubts.gap = doubts.add(gap);
+        }
         if blocks.profile.is_none() {
             doubts.elements();
         }
         doubts
     }
 
+    /// Appends a doubt; returns its first column.
+    fn add(&mut self, doubt: Doubt) -> Option<usize> {
+        let first = self.list.iter().map(|doubt| doubt.components.len()).sum();
+        self.list.push(doubt);
+        Some(first)
+    }
+
     fn elements(&mut self) {
-        let mut column = 4;
         for element in 0..self.elements.len() {
             let seen = self
                 .ties
@@ -87,10 +96,8 @@ impl<'a> Doubts<'a> {
                 self.scene.rail.names[element]
             );
             let advice = "the rail is worn or another one: clean it, use a new one, or state [rail] profile_sigma_m";
-            self.list
-                .push(Doubt::single("rail_element", &what, Unit::Metre, advice));
-            self.elements[element] = Some(column);
-            column += 1;
+            self.elements[element] =
+                self.add(Doubt::single("rail_element", &what, Unit::Metre, advice));
         }
     }
 
@@ -128,8 +135,9 @@ impl ScoreColumns for OfPoints<'_> {
             place.map_or(0.0, |place| row.values()[place])
         };
         let normal = turned.rail * Vector3::new(by(pivot), 0.0, by(pivot + 1));
-        let forward = turned.pitch_axis.cross(&turned.heading_axis);
-        push(doubts.gap, normal.dot(&(forward - turned.table.column(1))));
+        if let Some(column) = doubts.gap {
+            push(column, normal.dot(&turned.by_gap()));
+        }
         if let Some(column) = doubts.elements[usize::from(tie.element)] {
             push(column, -1.0);
         }

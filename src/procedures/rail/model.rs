@@ -3,8 +3,14 @@
 //! A point `u` of a profiler's plane lies in the rail frame at `q = D^T A_k (R u + l - v) + c`, of which the rail, endless along y, shows
 //! only x and z. `R, l`: mounting; `A_k = Exp(m) Rz(-(h + a_k)) Rx(p_k) B`: attitude of the body at position k, with the table's turns
 //! `a_k` (clockwise) and `p_k`, the rail's nominal heading h, the table's tilt and zero m, and the beam's seat B; `v, c`: centre of the
+<<<<<<< HEAD
 //! table's rotation in the body and in the cross-section; `D`: orientation of the rail in the level frame. At `l - v = 0` this is
 //! the cut of an inclined light plane in `docs/rail.md`: `(x, z) = [[R11, R13], [R31, R33]] (s, t) + offset`.
+=======
+//! table's rotation in the body and in the cross-section; `D`: orientation of the rail in the level frame. Where the lateral axis lies a
+//! gap `e` before the vertical one, a turn about it moves the body by `e (Rz - Rz Rx) y` more. At `l - v = 0` this is
+//! mathematics section 8: `(x, z) = [[R11, R13], [R31, R33]] (s, t) + offset`.
+>>>>>>> verdict
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 
@@ -53,6 +59,8 @@ pub struct Blocks {
     pub pivot_rail: BlockId,
     /// Elements off the standard profile; `None` for a perfect rail.
     pub profile: Option<BlockId>,
+    /// Gap between the table's axes; `None` where they meet.
+    pub gap: Option<BlockId>,
 }
 
 fn diagonal(sigmas: &[f64]) -> DMatrix<f64> {
@@ -106,6 +114,7 @@ pub fn parameters(
         profile: profile_block(scene)
             .map(|block| set.push(block))
             .transpose()?,
+        gap: gap_block(s).map(|block| set.push(block)).transpose()?,
     };
     Ok((set, blocks))
 }
@@ -164,6 +173,12 @@ fn pivot_rail_block(s: &Stand) -> Block {
     let parts = ["pivot at the rail x", "pivot at the rail z"].map(str::to_owned);
     let block = metres("pivot at the rail", &parts, s.pivot_rail_m.as_slice());
     known(block, &[s.pivot_rail_sigma_m; 2])
+}
+
+fn gap_block(s: &Stand) -> Option<Block> {
+    let name = "gap between the table's axes";
+    let sigma = s.axes_gap_sigma_m;
+    (sigma > 0.0).then(|| known(metres(name, &[name.to_owned()], &[0.0]), &[sigma]))
 }
 
 fn profile_block(scene: &RailScene) -> Option<Block> {
@@ -241,6 +256,8 @@ pub struct Turned {
     pub pivot_body_m: Vector3<f64>,
     /// Centre of rotation in the cross-section, metres.
     pub pivot_rail_m: Vector2<f64>,
+    /// How far the lateral axis lies before the vertical one, metres.
+    pub gap_m: f64,
 }
 
 impl Turned {
@@ -270,13 +287,26 @@ impl Turned {
             rail: x.rotation(blocks.rail),
             pivot_body_m: Vector3::from_column_slice(x.euclidean(blocks.pivot_body)),
             pivot_rail_m: Vector2::new(section[0], section[1]),
+            gap_m: blocks.gap.map_or(0.0, |id| x.euclidean(id)[0]),
         }
+    }
+
+    /// What a metre of gap between the table's axes moves the body by, level frame: `(Rz - Rz Rx) y`.
+    #[must_use]
+    pub fn by_gap(&self) -> Vector3<f64> {
+        self.pitch_axis.cross(&self.heading_axis) - self.table.column(1)
+    }
+
+    /// A point of the body from the table's vertical axis, level frame, metres.
+    #[must_use]
+    pub fn place_m(&self, body_m: &Vector3<f64>) -> Vector3<f64> {
+        self.body * (body_m - self.pivot_body_m) + self.by_gap() * self.gap_m
     }
 
     /// A point of the body in the rail's cross-section (x, z), metres.
     #[must_use]
     pub fn section(&self, body_m: &Vector3<f64>) -> Vector2<f64> {
-        let q = self.rail.transpose() * (self.body * (body_m - self.pivot_body_m));
+        let q = self.rail.transpose() * self.place_m(body_m);
         Vector2::new(q.x, q.z) + self.pivot_rail_m
     }
 }

@@ -73,6 +73,7 @@ fn size(scenario: &RailScenario, source: RailSource) -> Option<String> {
         RailSource::Seating => (table.seating_sigma_deg, "deg"),
         RailSource::PivotBody => (table.pivot_body_sigma_m, "m"),
         RailSource::PivotRail => (table.pivot_rail_sigma_m, "m"),
+        RailSource::AxesGap => (table.axes_gap_sigma_m, "m"),
         RailSource::RailAttitude => (
             rail.orientation_sigma_deg
                 .iter()

@@ -316,7 +316,7 @@ impl Epochs {
     }
 }
 
-/// White noise about east, north and up; roll and pitch have the same noise and the sensor stands nearly level, so that their
+/// Noise about east, north and up, white or wandering; roll and pitch have the same noise and the sensor stands nearly level, so that their
 /// axes may be taken as east and north.
 fn processes(scene: &Scene) -> Vec<Process> {
     let noise = &scene.campaign.attitude_noise;
@@ -325,13 +325,19 @@ fn processes(scene: &Scene) -> Vec<Process> {
         noise.roll_pitch_rad,
         noise.heading_rad,
     ];
-    let white = |(axis, sigma): (usize, f64)| Process {
+    let tau_s = noise.correlation_time_s;
+    let kind = if tau_s > 0.0 {
+        ProcessKind::GaussMarkov { tau_s }
+    } else {
+        ProcessKind::White
+    };
+    let process = |(axis, sigma): (usize, f64)| Process {
         component: 3 + axis,
         sigma,
-        kind: ProcessKind::White,
+        kind,
     };
     let all = sigmas.into_iter().enumerate();
-    all.filter(|(_, sigma)| *sigma > 0.0).map(white).collect()
+    all.filter(|(_, sigma)| *sigma > 0.0).map(process).collect()
 }
 
 /// The unknowns: mounting, transducer, scale first; datum and beacons after them.

@@ -9,7 +9,9 @@
 //! | offset of the range | `-1` |
 //! | scale of roll and pitch, and what each takes from the other | `roll t . y`, `pitch t . x'`, `pitch t . y`, `roll t . x'` |
 //! | scale of heading | `heading a . up`, clockwise |
+//! | a beacon, or the transducer, elsewhere than surveyed | those of its place |
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
@@ -56,6 +58,8 @@ struct Doubts<'a> {
     used: &'a [u32],
     /// Column of the datum's turn, whose derivatives a row holds.
     datum: usize,
+    /// First columns of the places: of the unknown in a row, and of the doubt.
+    places: Vec<(usize, usize)>,
     rates: Vec<Vector3<f64>>,
 }
 
@@ -67,6 +71,12 @@ fn list(scene: &Scene, used: &[u32]) -> Vec<Doubt> {
     let noise = &scene.campaign.attitude_noise;
     let turned = |angle: usize| used.iter().map(move |fix| attitude(scene, *fix)[angle]);
     let by_noise = |sigma_rad: f64, angle: usize| 3.0 * sigma_rad.powi(2) / variance(turned(angle));
+    let axes = || ["east", "north", "up"].map(|axis| Component::new(axis, Unit::Metre));
+    let place = |(code, name): (&str, &str)| {
+        let what = format!("{name} stands elsewhere than surveyed");
+        let advice = "survey it again; check its coordinates and its name";
+        Doubt::several(code, &what, axes().to_vec(), advice)
+    };
     let level = [0, 1].map(|angle| by_noise(noise.roll_pitch_rad, angle));
     let heading = by_noise(noise.heading_rad, 2);
     let scales = [
@@ -75,7 +85,7 @@ fn list(scene: &Scene, used: &[u32]) -> Vec<Doubt> {
         "roll by pitch",
         "pitch by roll",
     ];
-    vec![
+    let mut all = vec![
         Doubt::single(
             "latency",
             "the fixes' stamps look late against the attitude",
@@ -102,7 +112,27 @@ fn list(scene: &Scene, used: &[u32]) -> Vec<Doubt> {
             "check the sign and unit of heading (-200 % is a wrong sign)",
         )
         .beyond(heading),
-    ]
+    ];
+    all.push(place(("transducer_position", "the transducer")));
+    for beacon in common_of(scene, used) {
+        let name = &scene.campaign.beacons[beacon as usize].point.name;
+        all.push(place(("beacon_position", &format!("beacon {name}"))));
+    }
+    all
+}
+
+/// First column of the places among the doubts' columns.
+const PLACES: usize = 7;
+
+/// Beacons of these fixes, ascending.
+fn common_of(scene: &Scene, used: &[u32]) -> Vec<u32> {
+    let mut beacons: Vec<u32> = used
+        .iter()
+        .map(|fix| scene.campaign.fixes.beacon[*fix as usize])
+        .collect();
+    beacons.sort_unstable();
+    beacons.dedup();
+    beacons
 }
 
 /// Roll, pitch and heading at a fix; the heading against the first fix's, so that north is no seam.
@@ -127,10 +157,15 @@ impl<'a> Doubts<'a> {
                 scene.campaign.fixes.time_s[*fix as usize],
             )
         };
+        let beacons = common_of(scene, used).into_iter();
+        let beacons = beacons.filter_map(|beacon| blocks.beacons[beacon as usize]);
+        let places = std::iter::once(blocks.transducer).chain(beacons);
+        let columns = (PLACES..).step_by(3);
         Self {
             scene,
             used,
             datum: x.offset(blocks.datum),
+            places: places.map(|id| x.offset(id)).zip(columns).collect(),
             rates: used.iter().map(rate).collect(),
         }
     }
@@ -150,6 +185,14 @@ fn rate(attitude: &Trajectory, time_s: f64) -> Vector3<f64> {
 
 impl ScoreColumns for Doubts<'_> {
     fn derive(&self, k: usize, _: &Solved, row: &Row, push: &mut dyn FnMut(usize, f64)) {
+        for (place, column) in &self.places {
+            for (c, value) in row.columns().iter().zip(row.values()) {
+                let axis = usize::from(*c).wrapping_sub(*place);
+                if axis < 3 {
+                    push(column + axis, *value);
+                }
+            }
+        }
         if k.is_multiple_of(PER_FIX) {
             push(1, -1.0);
             return;
@@ -323,7 +366,21 @@ fn correction(found: &Matrix3<f64>, scene: &Scene) -> Correction {
     }
 }
 
+/// A sign that is not decided matters where it would move an angle by more sigmas than this.
+const UNDECIDED_SIGMAS: f64 = 2.0;
+
 impl JointOutcome {
+    /// By how many of its sigmas each angle of the mounting is another in a second outcome.
+    fn moved_to(&self, other: &Self) -> BTreeMap<String, f64> {
+        let turn: Matrix3<f64> = other.rotation * self.rotation.transpose();
+        let turn = log(&turn);
+        let one = |(i, (name, _)): (usize, (&str, Unit))| {
+            let sigma = self.covariance[(i, i)].sqrt();
+            (name.to_owned(), turn[i] / sigma)
+        };
+        sought().into_iter().take(3).enumerate().map(one).collect()
+    }
+
     /// Weighted squares of everything, where it was judged.
     fn squares(&self) -> Option<f64> {
         self.judgement.as_ref().map(|j| j.quality.global.omega)
@@ -348,7 +405,16 @@ pub fn named(input: &UsblInput, scene: &Scene, as_given: Option<&JointOutcome>) 
     let given = as_given.map_or(Tried::default(), |joint| joint.tried(scene, config));
     let mut all = of_attitude();
     all.extend(of_fixes());
-    all.extend(of_noise());
+    // a beacon elsewhere than surveyed scatters its fixes as more noise would
+    let misplaced = as_given.is_some_and(|joint| {
+        let findings = joint.doubted.findings.iter();
+        findings
+            .into_iter()
+            .any(|finding| finding.code == "beacon_position")
+    });
+    if !misplaced {
+        all.extend(of_noise());
+    }
     all.extend(of_layout(scene));
     all.extend(of_names(scene));
     let tried: Vec<(Alternative, Tried)> = all
@@ -365,8 +431,8 @@ pub fn named(input: &UsblInput, scene: &Scene, as_given: Option<&JointOutcome>) 
 /// better by 13 with pitch reversed, of 24 with pitch really reversed 21 by 17 to 57.
 const CLEARLY: f64 = 16.0;
 
-/// Names a mistake of the attitude's signs or order without which a survey that fits fits still better. On a boat nearly at rest the
-/// mounting takes up all of it but the boat's little motion.
+/// A sign or order of the attitude that a survey which fits does not decide, or decides against what is given. On a boat nearly at rest
+/// the mounting takes up all of it but the boat's little motion.
 #[must_use]
 pub fn preferred(input: &UsblInput, as_given: &JointOutcome) -> Option<Finding> {
     let config = &input.joint.verdict;
@@ -374,32 +440,39 @@ pub fn preferred(input: &UsblInput, as_given: &JointOutcome) -> Option<Finding> 
         return None;
     }
     let given = as_given.squares()?;
-    let gain = |mistake: &Mistake| {
-        let squares = |scene: &Scene, found: JointOutcome| {
+    let tried = of_signs().into_iter().filter_map(|mistake| {
+        let otherwise = |scene: &Scene, found: JointOutcome| {
             let comparable = found.used.len() >= as_given.used.len();
             let plausible = size(&correction(&found.rotation, scene), config).is_none();
-            found.squares().filter(|_| comparable && plausible)
+            let squares = found.squares().filter(|_| comparable && plausible)?;
+            Some((given - squares, as_given.moved_to(&found)))
         };
-        mistake
-            .undone(input, squares)?
-            .map(|squares| given - squares)
-    };
-    let gains = of_signs().into_iter().filter_map(|mistake| {
-        let gain = gain(&mistake)?;
-        Some((mistake.alternative, gain))
+        let (gain, moved) = mistake.undone(input, otherwise)??;
+        Some((mistake.alternative, gain, moved))
     });
-    let (alternative, gain) = gains.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (gain > CLEARLY).then(|| {
+    let (alternative, gain, moved) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let finding = |severity, seen: String| {
+        let threshold = format!("{CLEARLY} in the weighted squares");
         Finding::new(
             alternative.code,
-            Severity::Refuses,
-            format!(
-                "{} the survey fits better, by {gain:.0} in the weighted squares",
-                alternative.words
-            ),
-            format!("{CLEARLY} in the weighted squares"),
+            severity,
+            seen,
+            threshold,
             alternative.advice,
         )
+    };
+    let words = &alternative.words;
+    if gain > CLEARLY {
+        let seen = format!("{words} the survey fits better, by {gain:.0} in the weighted squares");
+        return Some(finding(Severity::Refuses, seen));
+    }
+    (gain > -CLEARLY && moved.values().any(|sigmas| sigmas.abs() > UNDECIDED_SIGMAS)).then(|| {
+        let seen = format!(
+            "the survey cannot tell: {words} it fits about as well (weighted squares {:.0} {}), and the mounting would be another",
+            gain.abs(),
+            if gain > 0.0 { "less" } else { "more" }
+        );
+        finding(Severity::Finding, seen).with_effect(moved)
     })
 }
 

@@ -38,6 +38,7 @@ pub use verdict::{Layout, Refusal};
 
 use crate::calibrate::choices::Method;
 use crate::observe::usbl::UsblCampaign;
+use crate::results::Severity;
 use verify::{BeaconResiduals, Calibrated, verify};
 
 /// What a calibration is made from, and how.
@@ -82,7 +83,7 @@ pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError
         let failed = reference.as_ref().and_then(|r| r.as_ref().err());
         (None, failed.map(Refusal::of_reference))
     } else {
-        let (joint, refused) = solved_jointly(&scene, &input.joint);
+        let (mut joint, refused) = solved_jointly(&scene, &input.joint);
         let explained = match (&refused, &joint) {
             (Some(refusal), _) if refusal.is_of_layout() => None,
             (Some(_), _) => judge::named(input, &scene, joint.as_ref())
@@ -90,6 +91,13 @@ pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError
             (None, Some(joint)) => judge::preferred(input, joint),
             (None, None) => None,
         };
+        let (undecided, explained): (Vec<_>, Vec<_>) = explained
+            .into_iter()
+            .partition(|finding| finding.severity == Severity::Finding);
+        if let Some(joint) = &mut joint {
+            joint.doubted.findings.extend(undecided);
+        }
+        let explained = explained.into_iter().next();
         let explained = explained.map(|finding| Refusal::DoesNotFit(Box::new(finding)));
         (joint, explained.or(refused))
     };

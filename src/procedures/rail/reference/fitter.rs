@@ -19,7 +19,7 @@ const ROUNDING_M: f64 = 1e-9;
 /// Points further than so many RMS from the fitted figure are left out once.
 const TRIM: f64 = 3.0;
 /// Fewest points of a region.
-const LEAST: usize = 8;
+const LEAST: usize = 5;
 /// Fewest positions of a sweep.
 pub(super) const LEAST_STEPS: usize = 3;
 /// Steps of the coarse fit when it only follows the table.

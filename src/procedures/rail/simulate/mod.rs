@@ -120,6 +120,7 @@ pub fn stand(scenario: &RailScenario) -> Stand {
         pivot_body_sigma_m: t.pivot_body_sigma_m,
         pivot_rail_m: Vector2::from(t.pivot_rail_m),
         pivot_rail_sigma_m: t.pivot_rail_sigma_m,
+        axes_gap_sigma_m: t.axes_gap_sigma_m,
         rail_attitude_rad: [o.roll, o.pitch, o.heading].map(f64::to_radians),
         rail_attitude_sigma_rad: Vector3::from(r.orientation_sigma_deg).map(f64::to_radians),
         profile_sigma_m: r.profile_sigma_m,
@@ -139,16 +140,23 @@ fn table(scenario: &RailScenario) -> TableRecord {
     record
 }
 
-/// Attitude of the body at a position: the table's axes, tilted, turned, and the beam as it sits on it.
-fn body_attitude(reality: &RailReality, table: &TableRecord, position: usize) -> Matrix3<f64> {
+/// Attitude of the table at a position, after its turn about the vertical, and after both.
+fn table_attitude(
+    reality: &RailReality,
+    table: &TableRecord,
+    position: usize,
+) -> (Matrix3<f64>, Matrix3<f64>) {
     let error = reality.table_error_rad[position];
     let up = Vector3::z() * -(table.heading_rad[position] + error[0]);
     let lateral = Vector3::x() * (table.pitch_rad[position] + error[1]);
-    rotation::exp(&reality.level_rad)
-        * reality.rail_heading_zero
-        * rotation::exp(&up)
-        * rotation::exp(&lateral)
-        * rotation::exp(&reality.seating_rad)
+    let upright =
+        rotation::exp(&reality.level_rad) * reality.rail_heading_zero * rotation::exp(&up);
+    (upright, upright * rotation::exp(&lateral))
+}
+
+/// Attitude of the body at a position: the table's axes, tilted, turned, and the beam as it sits on it.
+fn body_attitude(reality: &RailReality, table: &TableRecord, position: usize) -> Matrix3<f64> {
+    table_attitude(reality, table, position).1 * rotation::exp(&reality.seating_rad)
 }
 
 fn attitude(
@@ -243,6 +251,10 @@ fn profile(
     let rail_from_body =
         reality.rail_rotation.transpose() * body_attitude(reality, table, shot.position);
     let arm = rail_from_body * (mounting.lever_arm_m - reality.pivot_body_m);
+    // the lateral axis turns with the vertical one; a turn about it takes along what lies before it
+    let (upright, table) = table_attitude(reality, table, shot.position);
+    let carried = (upright - table).column(1) * reality.axes_gap_m;
+    let arm = arm + reality.rail_rotation.transpose() * carried;
     let origin = arm + Vector3::new(reality.pivot_rail_m.x, 0.0, reality.pivot_rail_m.y);
     let rail_from_profiler = rail_from_body * mounting.rotation;
     let mut draws = [

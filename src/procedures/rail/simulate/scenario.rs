@@ -95,6 +95,9 @@ pub struct TableSection {
     pub pivot_rail_m: [f64; 2],
     /// Its uncertainty, metres, one sigma.
     pub pivot_rail_sigma_m: f64,
+    /// How far the lateral axis lies before or behind the vertical one, metres, one sigma; 0: they meet.
+    #[serde(default)]
+    pub axes_gap_sigma_m: f64,
     /// Turns about the vertical at level pitch, degrees: first, last, step.
     pub heading_sweep_deg: [f64; 3],
     /// Turns about the lateral axis at zero heading, degrees: first, last, step.
@@ -271,6 +274,7 @@ impl RailScenario {
             range("table.seating_sigma_deg", t.seating_sigma_deg, LEAST, 10.0),
             range("table.pivot_body_sigma_m", t.pivot_body_sigma_m, LEAST, 1.0),
             range("table.pivot_rail_sigma_m", t.pivot_rail_sigma_m, LEAST, 1.0),
+            range("table.axes_gap_sigma_m", t.axes_gap_sigma_m, 0.0, 1.0),
             range("table.rest_s", t.rest_s, 1e-3, 1e5),
         ];
         let sigmas = r.orientation_sigma_deg.iter();

@@ -36,11 +36,13 @@ pub enum RailSource {
     Dust = 113,
     /// Runs of rays that something hides from the rail.
     Occlusion = 114,
+    /// Gap between the table's two axes, once.
+    AxesGap = 115,
 }
 
 impl RailSource {
     /// Every source, in the order of the streams, with its title and what shares one draw.
-    pub const ALL: [(Self, &'static str, &'static str); 14] = [
+    pub const ALL: [(Self, &'static str, &'static str); 15] = [
         (Self::Lateral, "profiler, lateral", "normal, per point"),
         (Self::Vertical, "profiler, vertical", "normal, per point"),
         (Self::RollPitch, "INS roll and pitch", "normal, per record"),
@@ -83,12 +85,17 @@ impl RailSource {
             "occlusion",
             "a fraction of the profiles lose a run of rays",
         ),
+        (
+            Self::AxesGap,
+            "gap between the table's axes",
+            "normal, once",
+        ),
     ];
 }
 
 /// Every source without its words.
-static EVERY: [RailSource; 14] = {
-    let mut every = [RailSource::Lateral; 14];
+static EVERY: [RailSource; 15] = {
+    let mut every = [RailSource::Lateral; 15];
     let mut k = 0;
     while k < every.len() {
         every[k] = RailSource::ALL[k].0;

@@ -27,6 +27,8 @@ pub struct RailReality {
     pub pivot_body_m: Vector3<f64>,
     /// The same in the rail's cross-section, metres.
     pub pivot_rail_m: Vector2<f64>,
+    /// How far the table's lateral axis lies before its vertical one, metres.
+    pub axes_gap_m: f64,
     /// True orientation of the rail, rail frame into level frame.
     pub rail_rotation: Matrix3<f64>,
     /// Each element off the standard profile, metres.
@@ -79,6 +81,7 @@ impl RailReality {
             pivot_body_m: Vector3::from(t.pivot_body_m)
                 + three(RailSource::PivotBody, Vector3::repeat(t.pivot_body_sigma_m)),
             pivot_rail_m: Vector2::from(t.pivot_rail_m) + pivot_rail.xy(),
+            axes_gap_m: draws(RailSource::AxesGap).normal(t.axes_gap_sigma_m),
             rail_rotation: rotation::exp(&rail_error) * attitude(&scenario.rail.orientation_deg),
             profile_m: rail
                 .elements

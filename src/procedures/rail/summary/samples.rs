@@ -142,6 +142,7 @@ fn stand(scene: &RailScene, position: usize) -> Turned {
         rail: rotation::from_attitude(roll, pitch, heading),
         pivot_body_m: s.pivot_body_m,
         pivot_rail_m: s.pivot_rail_m,
+        gap_m: 0.0,
     }
 }
 

@@ -6,6 +6,7 @@ use super::keys::{NAMES, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE};
 use crate::calibrate::verdict::VerdictConfig;
 use crate::observe::{AttitudeNoise, Profiler, Stand};
 use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
+use crate::survey::limits::limits;
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
 use crate::survey::sections::MountingAngles;
@@ -97,6 +98,8 @@ section! {
         pivot_rail_m: [f64; 2] = required, Kind::Pair(PLACE);
         /// Its uncertainty per axis, metres.
         pivot_rail_sigma_m: f64 = required, Kind::Number(SIGMA_M);
+        /// How far the lateral axis may lie before or behind the vertical one, metres, one sigma; 0: they meet.
+        axes_gap_sigma_m: f64 = or (0.0), Kind::Number(limits(0.0, 1.0, "metres from 0 to 1"));
     }
 }
 
@@ -134,6 +137,7 @@ impl RailSurveyFile {
             pivot_body_sigma_m: t.pivot_body_sigma_m,
             pivot_rail_m: Vector2::from(t.pivot_rail_m),
             pivot_rail_sigma_m: t.pivot_rail_sigma_m,
+            axes_gap_sigma_m: t.axes_gap_sigma_m,
             rail_attitude_rad: [o.roll, o.pitch, o.heading].map(radians),
             rail_attitude_sigma_rad: Vector3::from(r.orientation_sigma_deg).map(radians),
             profile_sigma_m: r.profile_sigma_m,

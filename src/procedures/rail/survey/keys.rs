@@ -51,6 +51,7 @@ const SIMULATED_TABLE: &[Key] = &[
     TableSection::KEYS[6],
     TableSection::KEYS[7],
     TableSection::KEYS[8],
+    TableSection::KEYS[9],
     required("heading_sweep_deg", SWEEP),
     required("pitch_sweep_deg", SWEEP),
     required("rest_s", Kind::Number(POSITIVE)),
@@ -100,6 +101,7 @@ const SOURCES: &[Key] = &[
     optional("along", FACTOR),
     optional("dust", FACTOR),
     optional("occlusion", FACTOR),
+    optional("axes_gap", FACTOR),
 ];
 
 /// A rail scenario file.

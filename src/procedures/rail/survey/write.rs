@@ -108,6 +108,7 @@ fn table(s: &RailScenario) -> TableSection {
         pivot_body_sigma_m: t.pivot_body_sigma_m,
         pivot_rail_m: t.pivot_rail_m,
         pivot_rail_sigma_m: t.pivot_rail_sigma_m,
+        axes_gap_sigma_m: t.axes_gap_sigma_m,
     }
 }
 

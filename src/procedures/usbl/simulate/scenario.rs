@@ -183,10 +183,13 @@ pub enum Recorded {
 pub struct Attitude {
     /// Records per second.
     pub rate_hz: f64,
-    /// White noise of roll and pitch, degrees.
+    /// Noise of roll and pitch, degrees.
     pub roll_pitch_sigma_deg: f64,
-    /// White noise of heading, degrees.
+    /// Noise of heading, degrees.
     pub heading_sigma_deg: f64,
+    /// Correlation time of that noise where it wanders (Gauss-Markov), seconds; 0: it is white.
+    #[serde(default)]
+    pub attitude_correlation_time_s: f64,
 }
 
 /// `[sound_speed]`.
@@ -277,6 +280,13 @@ impl Scenario {
         faults.range("attitude.rate_hz", a.rate_hz, 1e-3, 1e4);
         let attitude = [a.roll_pitch_sigma_deg, a.heading_sigma_deg];
         faults.sigmas("attitude (sigmas, degrees)", &attitude, 10.0);
+        let correlation_s = a.attitude_correlation_time_s;
+        faults.range(
+            "attitude.attitude_correlation_time_s",
+            correlation_s,
+            0.0,
+            1e6,
+        );
         self.sound_speed.check(&mut faults);
         let d = &self.disturbance;
         faults.range("disturbance.gross_fraction", d.gross_fraction, 0.0, 1.0);

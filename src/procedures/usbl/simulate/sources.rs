@@ -16,9 +16,9 @@ pub enum Source {
     Range = 103,
     /// Angle noise of the fixes.
     Angle = 104,
-    /// White roll and pitch noise of the attitude sensor.
+    /// Roll and pitch noise of the attitude sensor.
     RollPitch = 105,
-    /// White heading noise of the attitude sensor.
+    /// Heading noise of the attitude sensor.
     Heading = 106,
     /// Constant error of the sound speed.
     SoundSpeed = 107,

@@ -123,10 +123,12 @@ section! {
     pub struct AttitudeSection {
         /// Path of the attitude record.
         path: String = required, Kind::Text;
-        /// White noise of roll and pitch per record, degrees.
+        /// Noise of roll and pitch per record, degrees.
         roll_pitch_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG_OR_NONE);
-        /// White noise of heading per record, degrees.
+        /// Noise of heading per record, degrees.
         heading_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG_OR_NONE);
+        /// Correlation time of that noise where it wanders (Gauss-Markov), seconds; 0: it is white.
+        attitude_correlation_time_s: f64 = or (0.0), Kind::Number(limits(0.0, 1e6, "seconds from 0 to 1000000"));
         /// Longest interval that is interpolated, seconds; 1.
         max_gap_s: f64 = or (1.0), Kind::Number(DURATION);
         /// What to do with fixes that have no attitude; error.
@@ -143,6 +145,7 @@ impl AttitudeSection {
         AttitudeNoise {
             roll_pitch_rad: radians(self.roll_pitch_sigma_deg),
             heading_rad: radians(self.heading_sigma_deg),
+            correlation_time_s: self.attitude_correlation_time_s,
         }
     }
 }

@@ -92,6 +92,7 @@ fn survey_file(scenario: &Scenario, calibration: &Calibration) -> UsblFile {
             path: ATTITUDE_FILE.to_owned(),
             roll_pitch_sigma_deg: a.roll_pitch_sigma_deg,
             heading_sigma_deg: a.heading_sigma_deg,
+            attitude_correlation_time_s: a.attitude_correlation_time_s,
             max_gap_s: 2.5 / a.rate_hz,
             outside: OutsideRule::Error,
             time_offset_s: 0.0,
