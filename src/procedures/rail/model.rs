@@ -3,14 +3,9 @@
 //! A point `u` of a profiler's plane lies in the rail frame at `q = D^T A_k (R u + l - v) + c`, of which the rail, endless along y, shows
 //! only x and z. `R, l`: mounting; `A_k = Exp(m) Rz(-(h + a_k)) Rx(p_k) B`: attitude of the body at position k, with the table's turns
 //! `a_k` (clockwise) and `p_k`, the rail's nominal heading h, the table's tilt and zero m, and the beam's seat B; `v, c`: centre of the
-<<<<<<< HEAD
-//! table's rotation in the body and in the cross-section; `D`: orientation of the rail in the level frame. At `l - v = 0` this is
-//! the cut of an inclined light plane in `docs/rail.md`: `(x, z) = [[R11, R13], [R31, R33]] (s, t) + offset`.
-=======
 //! table's rotation in the body and in the cross-section; `D`: orientation of the rail in the level frame. Where the lateral axis lies a
 //! gap `e` before the vertical one, a turn about it moves the body by `e (Rz - Rz Rx) y` more. At `l - v = 0` this is
-//! mathematics section 8: `(x, z) = [[R11, R13], [R31, R33]] (s, t) + offset`.
->>>>>>> verdict
+//! the cut of an inclined light plane in `docs/rail.md`: `(x, z) = [[R11, R13], [R31, R33]] (s, t) + offset`.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 
