@@ -73,7 +73,7 @@ fn an_undetected_error_has_its_effect_on_every_profiler() {
     );
 }
 
-/// At zero lever arm and level attitude the mapping is mathematics section 8: `(x, z) = [[R11, R13], [R31, R33]] (s, t) + offset`.
+/// At zero lever arm and level attitude the mapping is the one of docs/rail.md: `(x, z) = [[R11, R13], [R31, R33]] (s, t) + offset`.
 #[test]
 fn an_inclined_plane_cuts_the_rail_as_the_rotation_says() {
     let mut survey = without_noise(&thin());
