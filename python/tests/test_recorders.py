@@ -20,8 +20,9 @@ def test_what_was_put_in_comes_out(recorder: str, navigation: str, tmp_path: pat
     subprocess.run([sys.executable, str(RECIPE), "1", str(tmp_path), recorder, navigation], check=True, timeout=300)
     result = bs.calibrate(tmp_path / "survey.toml", method="joint")
     assert result.usable
+    mounting = result.to_dict()["solutions"]["joint"]["mountings"][0]
     for name, truth_deg in TRUTH_DEG.items():
-        parameter = result.parameters[name]
-        assert parameter.unit == "deg" and parameter.sigma is not None
-        pull = (parameter.value - truth_deg) / parameter.sigma
+        sigma_deg = result.parameters[name].sigma
+        assert sigma_deg is not None
+        pull = (mounting["correction_deg"][name] - truth_deg) / sigma_deg
         assert abs(pull) < 3, (name, pull)
