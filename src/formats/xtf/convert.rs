@@ -14,19 +14,13 @@ use crate::units::radians;
 const MOST_CHANNELS: usize = 126;
 /// Bytes of the more-info block that follows the first numbers of a section of angles.
 const MORE_INFO: usize = 24;
-/// Where a section of angles says how far ahead of the receiver the projector is: second number of the more-info block.
-const PROJECTOR_AHEAD: usize = 8 + 4;
-/// A projector further than this from its receiver is none of one head.
-const MOST_AHEAD_M: f64 = 1.0;
 
 /// Turns packets into records, one after the other.
 pub struct Reader<'s> {
     sink: &'s mut dyn Sink,
     summary: Summary,
-    installation: Option<Installation>,
     ping: Ping,
     angle_rad: Vec<f64>,
-    projector_ahead_m: f64,
     two_way_s: Vec<f64>,
 }
 
@@ -47,10 +41,8 @@ impl<'s> Reader<'s> {
         Self {
             sink,
             summary: Summary::of("xtf"),
-            installation: None,
             ping: Ping::default(),
             angle_rad: vec![],
-            projector_ahead_m: 0.0,
             two_way_s: vec![],
         }
     }
@@ -69,25 +61,11 @@ impl<'s> Reader<'s> {
             return;
         }
         self.summary.note("offsets and angles of the header: the file does not say their signs; taken as starboard, forward, down and as in the XTF description, which no file at hand proves");
-        self.installation = Some(Installation {
+        self.sink.installation(&Installation {
             arrays,
             attitude_is_turned: true,
             ..Installation::default()
         });
-    }
-
-    /// Hands on the installation of the header, once; with two arrays where the first ping says that they are apart.
-    fn installation(&mut self) {
-        let Some(mut installation) = self.installation.take() else {
-            return;
-        };
-        let ahead_m = self.projector_ahead_m;
-        if ahead_m != 0.0 && ahead_m.abs() < MOST_AHEAD_M {
-            self.summary.note(format!("the soundings state the projector {ahead_m:.3} m ahead of the receiver; the header's offsets are taken as the projector's in the forward direction, as the sounder's reference point is commonly drawn, which no file at hand proves"));
-            let apart = |head: Array| parts(head, ahead_m);
-            installation.arrays = installation.arrays.into_iter().flat_map(apart).collect();
-        }
-        self.sink.installation(&installation);
     }
 
     /// Takes one packet.
@@ -159,7 +137,6 @@ impl<'s> Reader<'s> {
             return None;
         }
         self.fill(&head, losses);
-        self.installation();
         self.sink.ping(&self.ping);
         Some(())
     }
@@ -180,14 +157,8 @@ impl<'s> Reader<'s> {
             match name {
                 b"H0" => head = Some(PingHead::read(&body)?),
                 b"R0" => times(&body, beams, &mut self.two_way_s)?,
-                b"A2" => {
-                    steps(&body, beams, &mut self.angle_rad)?;
-                    self.projector_ahead_m = body.real(PROJECTOR_AHEAD)?;
-                }
-                b"A0" => {
-                    even(&body, beams, &mut self.angle_rad)?;
-                    self.projector_ahead_m = body.real(PROJECTOR_AHEAD)?;
-                }
+                b"A2" => steps(&body, beams, &mut self.angle_rad)?,
+                b"A0" => even(&body, beams, &mut self.angle_rad)?,
                 _ => {}
             }
             at += size;
@@ -228,7 +199,6 @@ impl<'s> Reader<'s> {
 
     /// The summary of the whole file.
     pub fn finished(mut self, losses: Losses) -> Summary {
-        self.installation();
         self.summary.losses = losses;
         self.summary.head(0);
         if !self.summary.records.contains_key("65") {
@@ -258,16 +228,6 @@ fn array(channel: &Channel) -> Array {
         head: 0,
         inner_m: [Vector3::zeros(); 2],
     }
-}
-
-/// A head whose projector is ahead of its receiver, as two arrays.
-fn parts(head: Array, ahead_m: f64) -> [Array; 2] {
-    let mut receiver = head.clone();
-    let mounting = &mut receiver.mounted.mounting;
-    mounting.lever_arm_m -= mounting.rotation * Vector3::new(0.0, ahead_m, 0.0);
-    receiver.role = Role::Receive;
-    let role = Role::Transmit;
-    [Array { role, ..head }, receiver]
 }
 
 fn unix_s(clock: &Clock, rest_s: f64) -> Option<f64> {

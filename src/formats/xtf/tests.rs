@@ -1,14 +1,11 @@
-use nalgebra::Vector3;
-
 use super::*;
-use crate::formats::recorder::{Attitude, Installation, Out, Ping, Position, Role};
+use crate::formats::recorder::{Attitude, Out, Ping, Position};
 
 #[derive(Default)]
 struct All {
     attitude: Vec<Attitude>,
     positions: Vec<Position>,
     pings: Vec<Ping>,
-    installations: Vec<Installation>,
 }
 
 impl Sink for All {
@@ -20,9 +17,6 @@ impl Sink for All {
     }
     fn ping(&mut self, record: &Ping) {
         self.pings.push(record.clone());
-    }
-    fn installation(&mut self, record: &Installation) {
-        self.installations.push(record.clone());
     }
 }
 
@@ -47,25 +41,8 @@ fn header() -> Vec<u8> {
     bytes
 }
 
-/// A header with one sounder 2 m ahead, 1 m below, turned by 90 deg to starboard.
-fn header_with_sounder() -> Vec<u8> {
-    let mut bytes = header();
-    bytes[168] = 1;
-    bytes[256] = 3;
-    for (k, value) in [0.0f32, 2.0, 1.0, 90.0, 0.0, 0.0].iter().enumerate() {
-        let at = 256 + 48 + 4 * k;
-        bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
-    }
-    bytes
-}
-
 /// A ping of three beams by hand, with steps of angle (A2) or even ones (A0).
 fn ping(even: bool) -> Vec<u8> {
-    ping_ahead(even, 0.0)
-}
-
-/// The same with the projector ahead of the receiver.
-fn ping_ahead(even: bool, ahead_m: f32) -> Vec<u8> {
     let mut block = Out::new(true);
     block.raw(b"BTH0").u32(0).u32(0);
     block
@@ -84,11 +61,9 @@ fn ping_ahead(even: bool, ahead_m: f32) -> Vec<u8> {
         .u16(0)
         .u16(32);
     if even {
-        block.raw(b"A0").u16(36).f32(-0.5).f32(0.5);
-        block.zeros(4).f32(ahead_m).zeros(16);
+        block.raw(b"A0").u16(36).f32(-0.5).f32(0.5).zeros(24);
     } else {
-        block.raw(b"A2").u16(42).f32(-0.5).f32(0.125);
-        block.zeros(4).f32(ahead_m).zeros(16);
+        block.raw(b"A2").u16(42).f32(-0.5).f32(0.125).zeros(24);
         block.u16(0).u16(4).u16(4);
     }
     let size = block.data.len() as u32;
@@ -118,30 +93,6 @@ fn a_ping_by_hand_in_both_forms_of_angles() {
         assert_eq!(valid, [true, false, true]);
         assert!((read.beams[2].two_way_s - 0.03125).abs() < 1e-12);
     }
-}
-
-#[test]
-fn a_projector_ahead_of_its_receiver_makes_two_arrays() {
-    for even in [false, true] {
-        let ping = ping_ahead(even, 0.25);
-        let (all, summary) = read_bytes(&[header_with_sounder(), ping.clone(), ping].concat());
-        assert_eq!(all.installations.len(), 1);
-        let arrays = &all.installations[0].arrays;
-        let at = |k: usize| (arrays[k].role, arrays[k].mounted.mounting.lever_arm_m);
-        assert_eq!(at(0), (Role::Transmit, Vector3::new(0.0, 2.0, -1.0)));
-        // the head looks to starboard, so its receiver is to port of its projector
-        let (role, arm_m) = at(1);
-        assert_eq!(role, Role::Receive);
-        assert!((arm_m - Vector3::new(-0.25, 2.0, -1.0)).norm() < 1e-12);
-        assert!(
-            summary
-                .notes
-                .iter()
-                .any(|note| note.contains("0.250 m ahead"))
-        );
-    }
-    let (all, _) = read_bytes(&[header_with_sounder(), ping(false)].concat());
-    assert_eq!(all.installations[0].arrays[0].role, Role::Both);
 }
 
 #[test]
