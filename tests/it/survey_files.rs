@@ -158,7 +158,7 @@ fn a_gap_is_an_error_only_if_an_observation_falls_into_it() {
         .expect_err("in the gap")
         .to_string();
     assert!(
-        error.contains("multibeam.csv: times: found observation"),
+        error.contains("multibeam.csv: times: found an observation at 1025.000000 s"),
         "{error}"
     );
     assert!(

@@ -398,6 +398,9 @@ impl JointOutcome {
     }
 }
 
+/// Share of the fixes that fit beside one beacon of three that stands elsewhere.
+const LEAST_BESIDE: f64 = 0.6;
+
 /// Names the discrete mistake that turns the misfit of a USBL calibration into a fit, if there is one.
 #[must_use]
 pub fn named(input: &UsblInput, scene: &Scene, as_given: Option<&JointOutcome>) -> Option<Finding> {
@@ -405,13 +408,12 @@ pub fn named(input: &UsblInput, scene: &Scene, as_given: Option<&JointOutcome>) 
     let given = as_given.map_or(Tried::default(), |joint| joint.tried(scene, config));
     let mut all = of_attitude();
     all.extend(of_fixes());
-    // a beacon elsewhere than surveyed scatters its fixes as more noise would
-    let misplaced = as_given.is_some_and(|joint| {
-        let findings = joint.doubted.findings.iter();
-        findings
-            .into_iter()
-            .any(|finding| finding.code == "beacon_position")
-    });
+    // a beacon elsewhere than surveyed scatters its fixes as more noise would, but not those of the others
+    let misplaced = given.share > LEAST_BESIDE
+        && as_given.is_some_and(|joint| {
+            let mut findings = joint.doubted.findings.iter();
+            findings.any(|finding| finding.code == "beacon_position")
+        });
     if !misplaced {
         all.extend(of_noise());
     }
