@@ -81,6 +81,48 @@ fn the_truth_comes_back_and_the_bytes_do_not_depend_on_threads() {
     assert!(!page.contains("src=\"http") && !page.contains("href=\"http"));
 }
 
+/// Every point of an applied cloud says its row, ping and beam, as the file that it was read from has them.
+#[test]
+fn an_applied_cloud_names_ping_and_beam() {
+    let folder = simulated(THIN);
+    let survey = "survey/survey.toml";
+    let calibrate = ["calibrate", survey, "--method", "joint", "--out", "out"];
+    assert_eq!(run(&calibrate, folder.path()).status.code(), Some(0));
+    let apply = [
+        "apply",
+        survey,
+        "--calibration",
+        "out/result.json",
+        "--out",
+        "cloud.laz",
+    ];
+    let output = run(&apply, folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let csv = std::fs::read_to_string(folder.path().join("survey/multibeam.csv")).expect("a file");
+    let rows: Vec<Vec<&str>> = csv
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').collect())
+        .collect();
+    let mut reader = las::Reader::from_path(folder.path().join("cloud.laz")).expect("a cloud");
+    let points = reader.read_all().expect("points");
+    let mut pings = std::collections::BTreeSet::new();
+    for point in points.points() {
+        let extra = point.expect("a point").extra_bytes;
+        let number = |k: usize| {
+            let bytes = extra[4 * k..4 * k + 4].try_into().expect("four bytes");
+            u32::from_le_bytes(bytes)
+        };
+        let row = &rows[number(0) as usize];
+        assert_eq!(
+            (number(1).to_string(), number(2).to_string()),
+            (row[1].into(), row[2].into())
+        );
+        pings.insert(number(1));
+    }
+    assert!(pings.len() > 50, "{} pings", pings.len());
+}
+
 /// What each layout can give: verdict of the whole and of the angles.
 #[test]
 fn a_layout_gives_what_it_can_and_says_what_is_missing() {

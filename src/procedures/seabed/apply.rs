@@ -67,7 +67,7 @@ fn placed(
             source: sounding.line + 1,
             row: sounding.row,
             sounding: true,
-            beam: None,
+            beam: Some(sounding.beam),
         })
     };
     rows.into_par_iter().filter_map(place).collect()

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::calibrate::cloud::Beam;
 use crate::georef::Layers;
 use crate::math;
 use crate::observe::{Mounting, SoundSpeedProfile, Trajectory};
@@ -68,6 +69,8 @@ pub struct Sounding {
     pub head_speed_m_s: f32,
     /// Number of the sounding in the observed file.
     pub row: u32,
+    /// Its ping and beam.
+    pub beam: Beam,
 }
 
 /// Nominal mountings of a transmit and a receive array. The tilt of a sounding is then its `along_rad`, the angle against the receive

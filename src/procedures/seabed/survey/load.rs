@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::super::scene::{Line, Scene, Sounding, Water, wave_heave_m};
 use super::file::SeabedSurveyFile;
 use super::recorded::{self, recorder_files};
+use crate::calibrate::cloud::Beam;
 use crate::formats::{
     SoundingRecords, TrajectoryRecords, read_soundings, read_trajectory, sound_speed_csv,
 };
@@ -356,6 +357,10 @@ fn soundings(
             one_way_s: one_way_s(k),
             head_speed_m_s: arrays.map_or(0.0, |a| a.head_speed_m_s[k]) as f32,
             row: k as u32,
+            beam: Beam {
+                ping: observed.ping[k],
+                beam: observed.beam[k],
+            },
         }));
     }
     all
