@@ -78,14 +78,14 @@ impl InsErrors {
         let drift = self
             .position
             .each_mut()
-            .map(|axis| axis.at(time_s, &mut self.drift));
+            .map(|axis| axis.at(time_s, |sigma| self.drift.normal(sigma)));
         let white = [0, 1, 2].map(|_| self.white.normal(s.position_m));
         let (roll, pitch) = (
             self.tilt.normal(s.roll_pitch_rad),
             self.tilt.normal(s.roll_pitch_rad),
         );
-        let heading =
-            self.heading.normal(s.heading_rad) + self.slow_heading.at(time_s, &mut self.slow);
+        let slow = |sigma| self.slow.normal(sigma);
+        let heading = self.heading.normal(s.heading_rad) + self.slow_heading.at(time_s, slow);
         RecordError {
             position_m: Vector3::from(drift) + Vector3::from(white),
             attitude_rad: Vector3::new(roll, pitch, heading),

@@ -3,7 +3,7 @@
 use crate::math;
 use serde::{Deserialize, Serialize};
 
-use super::switches::{Draws, Factors, Sourced};
+use super::switches::{Factors, Sourced};
 
 /// What can be wrong with a survey. The discriminant is the source's random stream: never renumber.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -100,15 +100,15 @@ impl Sourced for Source {
 pub type Sources = Factors<Source>;
 
 /// A stationary first-order Gauss-Markov process, discretised exactly: `x' = x exp(-dt/tau) + sigma sqrt(1 - exp(-2 dt/tau)) w`.
-pub(super) struct GaussMarkov {
+pub(crate) struct GaussMarkov {
     sigma: f64,
     correlation_time_s: f64,
     state: Option<(f64, f64)>,
 }
 
 impl GaussMarkov {
-    /// With this standard deviation and correlation time (seconds).
-    pub(super) fn new(sigma: f64, correlation_time_s: f64) -> Self {
+    /// With this standard deviation and correlation time (seconds; 0: white noise).
+    pub(crate) fn new(sigma: f64, correlation_time_s: f64) -> Self {
         Self {
             sigma,
             correlation_time_s,
@@ -116,9 +116,9 @@ impl GaussMarkov {
         }
     }
 
-    /// The value at a time not before the last one.
-    pub(super) fn at(&mut self, time_s: f64, draws: &mut Draws) -> f64 {
-        let fresh = draws.normal(self.sigma);
+    /// The value at a time not before the last one; `normal` draws an error with a standard deviation.
+    pub(crate) fn at(&mut self, time_s: f64, normal: impl FnOnce(f64) -> f64) -> f64 {
+        let fresh = normal(self.sigma);
         let value = match self.state {
             None => fresh,
             Some((before_s, value)) => {

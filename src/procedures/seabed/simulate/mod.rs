@@ -14,6 +14,7 @@ use super::scene::{Arrays, Line};
 use super::survey::SeabedScenario;
 use crate::geometry::rotation;
 use crate::math;
+use crate::simulate::sources::GaussMarkov;
 use crate::stats::normal::draw;
 use crate::stats::stream;
 use bed::Seabed;
@@ -291,43 +292,19 @@ fn normal(draws: &mut ChaCha8Rng, sigma: f64) -> f64 {
     draw(draws) * sigma
 }
 
-/// A Gauss-Markov error.
-struct Drift {
-    sigma: f64,
-    correlation_s: f64,
-    last: Option<(f64, f64)>,
-}
-
-impl Drift {
-    fn at(&mut self, time_s: f64, draws: &mut ChaCha8Rng) -> f64 {
-        let fresh = normal(draws, self.sigma);
-        let value = self.last.map_or(fresh, |(before_s, before)| {
-            let keep = math::exp(-(time_s - before_s) / self.correlation_s);
-            keep * before + (1.0 - keep * keep).sqrt() * fresh
-        });
-        self.last = Some((time_s, value));
-        value
-    }
-}
-
 /// The trajectory with the INS's errors.
 fn records(scenario: &SeabedScenario, boat: &Boat<'_>, lines: &[Line], seed: u64) -> Vec<Record> {
     let t = &scenario.trajectory;
     let mut draws = stream(seed, 3);
-    let drift = |sigma: f64, correlation_s: f64| Drift {
-        sigma,
-        correlation_s,
-        last: None,
-    };
     let slow = t.drift_correlation_time_s;
     let tilt = t.roll_pitch_drift_sigma_deg.to_radians();
     let mut drifts = [
-        drift(t.position_drift_sigma_m, slow),
-        drift(t.position_drift_sigma_m, slow),
-        drift(t.height_drift_sigma_m, slow),
-        drift(tilt, t.roll_pitch_correlation_time_s),
-        drift(tilt, t.roll_pitch_correlation_time_s),
-        drift(
+        GaussMarkov::new(t.position_drift_sigma_m, slow),
+        GaussMarkov::new(t.position_drift_sigma_m, slow),
+        GaussMarkov::new(t.height_drift_sigma_m, slow),
+        GaussMarkov::new(tilt, t.roll_pitch_correlation_time_s),
+        GaussMarkov::new(tilt, t.roll_pitch_correlation_time_s),
+        GaussMarkov::new(
             t.heading_drift_sigma_deg.to_radians(),
             t.heading_correlation_time_s,
         ),
@@ -353,7 +330,8 @@ fn records(scenario: &SeabedScenario, boat: &Boat<'_>, lines: &[Line], seed: u64
             let time_s = k as f64 / scenario.trajectory_rate_hz;
             let (position, attitude) = boat.pose(number, line, time_s);
             let error: [f64; 6] = std::array::from_fn(|c| {
-                drifts[c].at(time_s, &mut draws) + normal(&mut draws, white[c])
+                let drift = drifts[c].at(time_s, |sigma| normal(&mut draws, sigma));
+                drift + normal(&mut draws, white[c])
             });
             let shift = Vector3::new(error[0], error[1], error[2] + boat.false_heave_m(time_s));
             let shift = shift + Vector3::z() * offsets_m[number];

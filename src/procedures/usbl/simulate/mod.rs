@@ -19,6 +19,7 @@ use crate::observe::usbl::{
 use crate::observe::{SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::simulate::SimulateError;
 use crate::simulate::motion::{Oscillation, Wave};
+use crate::simulate::sources::GaussMarkov;
 use crate::simulate::switches::Draws;
 use crate::units::degrees;
 
@@ -236,35 +237,6 @@ fn duration_s(scenario: &Scenario) -> f64 {
     f64::from(scenario.fixes.per_beacon) * beacons / scenario.fixes.rate_hz
 }
 
-/// Errors of roll, pitch and heading that each keep a part of the one before: `e_k = kept e_(k-1) + sqrt(1 - kept^2) w_k`.
-struct Wander {
-    kept: f64,
-    before: Option<[f64; 3]>,
-}
-
-impl Wander {
-    fn new(attitude: &scenario::Attitude) -> Self {
-        let (correlation_s, step_s) =
-            (attitude.attitude_correlation_time_s, 1.0 / attitude.rate_hz);
-        let kept = if correlation_s > 0.0 {
-            math::exp(-step_s / correlation_s)
-        } else {
-            0.0
-        };
-        Self { kept, before: None }
-    }
-
-    /// The next errors from white noise of their own size; the first ones are that noise.
-    fn next(&mut self, white: [f64; 3]) -> [f64; 3] {
-        let fresh = (1.0 - self.kept * self.kept).sqrt();
-        let now = self.before.map_or(white, |before| {
-            std::array::from_fn(|i| self.kept * before[i] + fresh * white[i])
-        });
-        self.before = Some(now);
-        now
-    }
-}
-
 fn attitude(scenario: &Scenario, sources: &Sources, seed: u64) -> (Trajectory, Vec<[f64; 3]>) {
     let a = &scenario.attitude;
     let mut tilt = Draws::new(seed, Source::RollPitch, sources);
@@ -273,17 +245,15 @@ fn attitude(scenario: &Scenario, sources: &Sources, seed: u64) -> (Trajectory, V
     let time_s: Vec<f64> = (0..count)
         .map(|k| START_S + (k as f64 - 1.0) / a.rate_hz)
         .collect();
-    let mut wander = Wander::new(a);
+    let errors =
+        |sigma_deg: f64| GaussMarkov::new(sigma_deg.to_radians(), a.attitude_correlation_time_s);
+    let mut tilts = [0, 1].map(|_| errors(a.roll_pitch_sigma_deg));
+    let mut turn = errors(a.heading_sigma_deg);
     let noisy = |time_s: &f64| {
         let [roll, pitch, heading] = true_attitude(scenario, *time_s);
-        let sigma = a.roll_pitch_sigma_deg.to_radians();
-        let white = [
-            tilt.normal(sigma),
-            tilt.normal(sigma),
-            north.normal(a.heading_sigma_deg.to_radians()),
-        ];
-        let error = wander.next(white);
-        [roll + error[0], pitch + error[1], heading + error[2]]
+        let [of_roll, of_pitch] = tilts.each_mut().map(|e| e.at(*time_s, |s| tilt.normal(s)));
+        let of_heading = turn.at(*time_s, |s| north.normal(s));
+        [roll + of_roll, pitch + of_pitch, heading + of_heading]
     };
     let angles: Vec<[f64; 3]> = time_s.iter().map(noisy).collect();
     let matrices = angles
