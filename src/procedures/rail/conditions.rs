@@ -123,9 +123,7 @@ impl PointConditions<'_> {
         row.extend(x.offset(own.rotation), turned_u.cross(&n_body).as_slice());
         row.extend(x.offset(own.arm), &[n_body.x, n_body.z]);
         row.push(x.offset(own.along), n_body.y);
-        let lever = turned
-            .place_m(&(arm + turned.pivot_body_m))
-            .cross(&at.normal);
+        let lever = turned.place_m(&arm).cross(&at.normal);
         row.extend(x.offset(b.level), lever.as_slice());
         let seated = (turned.seat * arm).cross(&(turned.table.transpose() * at.normal));
         row.extend(x.offset(b.seat), seated.as_slice());

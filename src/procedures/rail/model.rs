@@ -292,16 +292,16 @@ impl Turned {
         self.pitch_axis.cross(&self.heading_axis) - self.table.column(1)
     }
 
-    /// A point of the body from the table's vertical axis, level frame, metres.
+    /// A point of the body, given from the centre of rotation, from the table's vertical axis: level frame, metres.
     #[must_use]
-    pub fn place_m(&self, body_m: &Vector3<f64>) -> Vector3<f64> {
-        self.body * (body_m - self.pivot_body_m) + self.by_gap() * self.gap_m
+    pub fn place_m(&self, arm_m: &Vector3<f64>) -> Vector3<f64> {
+        self.body * arm_m + self.by_gap() * self.gap_m
     }
 
     /// A point of the body in the rail's cross-section (x, z), metres.
     #[must_use]
     pub fn section(&self, body_m: &Vector3<f64>) -> Vector2<f64> {
-        let q = self.rail.transpose() * self.place_m(body_m);
+        let q = self.rail.transpose() * self.place_m(&(body_m - self.pivot_body_m));
         Vector2::new(q.x, q.z) + self.pivot_rail_m
     }
 }

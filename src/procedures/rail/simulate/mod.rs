@@ -140,23 +140,28 @@ fn table(scenario: &RailScenario) -> TableRecord {
     record
 }
 
-/// Attitude of the table at a position, after its turn about the vertical, and after both.
-fn table_attitude(
-    reality: &RailReality,
-    table: &TableRecord,
-    position: usize,
-) -> (Matrix3<f64>, Matrix3<f64>) {
+/// True attitudes at a position.
+struct Attitudes {
+    /// The table turned about its vertical axis alone.
+    upright: Matrix3<f64>,
+    /// The table turned about both of its axes.
+    table: Matrix3<f64>,
+    /// The body as it sits on it.
+    body: Matrix3<f64>,
+}
+
+fn attitudes(reality: &RailReality, table: &TableRecord, position: usize) -> Attitudes {
     let error = reality.table_error_rad[position];
     let up = Vector3::z() * -(table.heading_rad[position] + error[0]);
     let lateral = Vector3::x() * (table.pitch_rad[position] + error[1]);
     let upright =
         rotation::exp(&reality.level_rad) * reality.rail_heading_zero * rotation::exp(&up);
-    (upright, upright * rotation::exp(&lateral))
-}
-
-/// Attitude of the body at a position: the table's axes, tilted, turned, and the beam as it sits on it.
-fn body_attitude(reality: &RailReality, table: &TableRecord, position: usize) -> Matrix3<f64> {
-    table_attitude(reality, table, position).1 * rotation::exp(&reality.seating_rad)
+    let table = upright * rotation::exp(&lateral);
+    Attitudes {
+        upright,
+        table,
+        body: table * rotation::exp(&reality.seating_rad),
+    }
 }
 
 fn attitude(
@@ -177,7 +182,7 @@ fn attitude(
         .max(1.0) as usize;
     for position in 0..table.len() {
         let (roll, pitch, heading) =
-            rotation::to_attitude(&body_attitude(reality, table, position));
+            rotation::to_attitude(&attitudes(reality, table, position).body);
         for k in 0..count {
             let rest = table.to_s[position] - table.from_s[position];
             let part = (k as f64 + 0.5) / count as f64;
@@ -248,12 +253,11 @@ fn profile(
 ) -> Vec<Vector2<f64>> {
     let section = &scenario.profiler[shot.profiler];
     let mounting = &reality.mountings[shot.profiler];
-    let rail_from_body =
-        reality.rail_rotation.transpose() * body_attitude(reality, table, shot.position);
+    let turned = attitudes(reality, table, shot.position);
+    let rail_from_body = reality.rail_rotation.transpose() * turned.body;
     let arm = rail_from_body * (mounting.lever_arm_m - reality.pivot_body_m);
     // the lateral axis turns with the vertical one; a turn about it takes along what lies before it
-    let (upright, table) = table_attitude(reality, table, shot.position);
-    let carried = (upright - table).column(1) * reality.axes_gap_m;
+    let carried = (turned.upright - turned.table).column(1) * reality.axes_gap_m;
     let arm = arm + reality.rail_rotation.transpose() * carried;
     let origin = arm + Vector3::new(reality.pivot_rail_m.x, 0.0, reality.pivot_rail_m.y);
     let rail_from_profiler = rail_from_body * mounting.rotation;
