@@ -61,6 +61,13 @@ impl Doubt {
     }
 }
 
+/// Appends a doubt to a list; its first column among all of the list.
+pub fn append(list: &mut Vec<Doubt>, doubt: Doubt) -> usize {
+    let first = list.iter().map(|doubt| doubt.components.len()).sum();
+    list.push(doubt);
+    first
+}
+
 /// Doubts tested: those that are significant as findings, all of them as bounds.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Doubted {

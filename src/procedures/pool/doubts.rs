@@ -23,6 +23,7 @@ use super::scene::Scene;
 use super::ties::Tie;
 use crate::adjust::{Component, Row, ScoreColumns, Solved, Unit};
 use crate::calibrate::verdict::Doubt;
+use crate::calibrate::verdict::doubts::append;
 use crate::geometry::rotation::to_attitude;
 use crate::math;
 use crate::observe::SoundingRange;
@@ -122,9 +123,7 @@ impl<'a> Doubts<'a> {
 
     /// Appends a doubt; returns its first column.
     fn add(&mut self, doubt: Doubt) -> Option<usize> {
-        let first = self.list.iter().map(|doubt| doubt.components.len()).sum();
-        self.list.push(doubt);
-        Some(first)
+        Some(append(&mut self.list, doubt))
     }
 
     fn sounder(&mut self, blocks: &Blocks) {

@@ -15,6 +15,7 @@ use super::model::{Blocks, Turned};
 use super::scene::RailScene;
 use crate::adjust::{ChainState, Component, ParameterSet, Row, ScoreColumns, Solved, Unit};
 use crate::calibrate::verdict::Doubt;
+use crate::calibrate::verdict::doubts::append;
 
 /// Ties that an element needs for a test of its own.
 const LEAST: usize = 20;
@@ -67,19 +68,12 @@ impl<'a> Doubts<'a> {
             list: vec![ins],
         };
         if blocks.gap.is_none() {
-            doubts.gap = doubts.add(gap);
+            doubts.gap = Some(append(&mut doubts.list, gap));
         }
         if blocks.profile.is_none() {
             doubts.elements();
         }
         doubts
-    }
-
-    /// Appends a doubt; returns its first column.
-    fn add(&mut self, doubt: Doubt) -> Option<usize> {
-        let first = self.list.iter().map(|doubt| doubt.components.len()).sum();
-        self.list.push(doubt);
-        Some(first)
     }
 
     fn elements(&mut self) {
@@ -96,8 +90,8 @@ impl<'a> Doubts<'a> {
                 self.scene.rail.names[element]
             );
             let advice = "the rail is worn or another one: clean it, use a new one, or state [rail] profile_sigma_m";
-            self.elements[element] =
-                self.add(Doubt::single("rail_element", &what, Unit::Metre, advice));
+            let doubt = Doubt::single("rail_element", &what, Unit::Metre, advice);
+            self.elements[element] = Some(append(&mut self.list, doubt));
         }
     }
 

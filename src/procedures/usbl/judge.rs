@@ -11,7 +11,7 @@
 //! | scale of heading | `heading a . up`, clockwise |
 //! | a beacon, or the transducer, elsewhere than surveyed | those of its place |
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
@@ -26,7 +26,7 @@ use crate::adjust::{
 };
 use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::bounds::{Correction, Share, share, size};
-use crate::calibrate::verdict::doubts::{self, Doubt, Doubted};
+use crate::calibrate::verdict::doubts::{self, Doubt, Doubted, append};
 use crate::calibrate::verdict::fit::{self, Part};
 use crate::calibrate::verdict::{Alternative, Tried, VerdictConfig, accepted};
 use crate::geometry::rotation::{from_attitude, log, to_attitude};
@@ -60,23 +60,19 @@ struct Doubts<'a> {
     datum: usize,
     /// First columns of the places: of the unknown in a row, and of the doubt.
     places: Vec<(usize, usize)>,
+    /// What is doubted, in the order of the columns.
+    list: Vec<Doubt>,
     rates: Vec<Vector3<f64>>,
 }
 
-/// What is doubted, in the order of the columns.
+/// What is doubted of the sensors, in the order of the columns.
 ///
 /// A scale's column holds the attitude as measured, noise included, so that its estimate has the mean `-sigma^2 / v` with the variance
 /// `v` of what the boat turned (errors in variables, Fuller 1987, section 1.1); it is heard beyond three times that.
-fn list(scene: &Scene, used: &[u32]) -> Vec<Doubt> {
+fn of_sensors(scene: &Scene, used: &[u32]) -> Vec<Doubt> {
     let noise = &scene.campaign.attitude_noise;
     let turned = |angle: usize| used.iter().map(move |fix| attitude(scene, *fix)[angle]);
     let by_noise = |sigma_rad: f64, angle: usize| 3.0 * sigma_rad.powi(2) / variance(turned(angle));
-    let axes = || ["east", "north", "up"].map(|axis| Component::new(axis, Unit::Metre));
-    let place = |(code, name): (&str, &str)| {
-        let what = format!("{name} stands elsewhere than surveyed");
-        let advice = "survey it again; check its coordinates and its name";
-        Doubt::several(code, &what, axes().to_vec(), advice)
-    };
     let level = [0, 1].map(|angle| by_noise(noise.roll_pitch_rad, angle));
     let heading = by_noise(noise.heading_rad, 2);
     let scales = [
@@ -85,7 +81,7 @@ fn list(scene: &Scene, used: &[u32]) -> Vec<Doubt> {
         "roll by pitch",
         "pitch by roll",
     ];
-    let mut all = vec![
+    vec![
         Doubt::single(
             "latency",
             "the fixes' stamps look late against the attitude",
@@ -112,27 +108,15 @@ fn list(scene: &Scene, used: &[u32]) -> Vec<Doubt> {
             "check the sign and unit of heading (-200 % is a wrong sign)",
         )
         .beyond(heading),
-    ];
-    all.push(place(("transducer_position", "the transducer")));
-    for beacon in common_of(scene, used) {
-        let name = &scene.campaign.beacons[beacon as usize].point.name;
-        all.push(place(("beacon_position", &format!("beacon {name}"))));
-    }
-    all
+    ]
 }
 
-/// First column of the places among the doubts' columns.
-const PLACES: usize = 7;
-
-/// Beacons of these fixes, ascending.
-fn common_of(scene: &Scene, used: &[u32]) -> Vec<u32> {
-    let mut beacons: Vec<u32> = used
-        .iter()
-        .map(|fix| scene.campaign.fixes.beacon[*fix as usize])
-        .collect();
-    beacons.sort_unstable();
-    beacons.dedup();
-    beacons
+/// That a point stands elsewhere than surveyed.
+fn misplaced(code: &str, name: &str) -> Doubt {
+    let what = format!("{name} stands elsewhere than surveyed");
+    let advice = "survey it again; check its coordinates and its name";
+    let axes = ["east", "north", "up"].map(|axis| Component::new(axis, Unit::Metre));
+    Doubt::several(code, &what, axes.to_vec(), advice)
 }
 
 /// Roll, pitch and heading at a fix; the heading against the first fix's, so that north is no seam.
@@ -157,15 +141,24 @@ impl<'a> Doubts<'a> {
                 scene.campaign.fixes.time_s[*fix as usize],
             )
         };
-        let beacons = common_of(scene, used).into_iter();
-        let beacons = beacons.filter_map(|beacon| blocks.beacons[beacon as usize]);
-        let places = std::iter::once(blocks.transducer).chain(beacons);
-        let columns = (PLACES..).step_by(3);
+        let mut list = of_sensors(scene, used);
+        let mut place = |id, doubt| (x.offset(id), append(&mut list, doubt));
+        let transducer = misplaced("transducer_position", "the transducer");
+        let mut places = vec![place(blocks.transducer, transducer)];
+        let fixes = &scene.campaign.fixes;
+        let beacons: BTreeSet<u32> = used.iter().map(|k| fixes.beacon[*k as usize]).collect();
+        for beacon in beacons.into_iter().map(|beacon| beacon as usize) {
+            if let Some(id) = blocks.beacons[beacon] {
+                let name = format!("beacon {}", scene.campaign.beacons[beacon].point.name);
+                places.push(place(id, misplaced("beacon_position", &name)));
+            }
+        }
         Self {
             scene,
             used,
             datum: x.offset(blocks.datum),
-            places: places.map(|id| x.offset(id)).zip(columns).collect(),
+            places,
+            list,
             rates: used.iter().map(rate).collect(),
         }
     }
@@ -252,7 +245,7 @@ impl Case<'_> {
         let misfit = (global.omega, global.degrees_of_freedom);
         doubts::test(
             (problem, self.solution),
-            &list(self.scene, self.used),
+            &columns.list,
             &[Some(&columns)],
             &wanted,
             misfit,

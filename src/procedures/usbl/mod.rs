@@ -91,13 +91,13 @@ pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError
             (None, Some(joint)) => judge::preferred(input, joint),
             (None, None) => None,
         };
-        let (undecided, explained): (Vec<_>, Vec<_>) = explained
-            .into_iter()
-            .partition(|finding| finding.severity == Severity::Finding);
-        if let Some(joint) = &mut joint {
-            joint.doubted.findings.extend(undecided);
-        }
-        let explained = explained.into_iter().next();
+        let explained = match (explained, &mut joint) {
+            (Some(undecided), Some(joint)) if undecided.severity == Severity::Finding => {
+                joint.doubted.findings.push(undecided);
+                None
+            }
+            (explained, _) => explained,
+        };
         let explained = explained.map(|finding| Refusal::DoesNotFit(Box::new(finding)));
         (joint, explained.or(refused))
     };
