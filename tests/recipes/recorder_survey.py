@@ -28,6 +28,7 @@ ORIGIN = (30.5, 122.3, 12.0)
 LINES = [(0, 0, 0.0, 2.5), (0, 150, 180.0, 2.5), (18, 0, 0.0, 2.5), (0, 150, 180.0, 4.0)]  # east, north, course, speed
 LENGTH = 150.0
 DAY = 1708992000  # 2024-02-27, UTC
+BEGIN_S = 36000.0  # of the first line, seconds of the day
 BEAMS = 48
 RANGE_SIGMA, ANGLE_SIGMA = 0.008, 0.03 * DEG
 ATTITUDE_SIGMA, HEADING_SIGMA, POSITION_SIGMA = 0.003 * DEG, 0.01 * DEG, 0.004
@@ -316,7 +317,7 @@ class S7k:
         text = lambda value, length: value.encode().ljust(length, b"\0")
         body = bytes(16) + struct.pack("<HH", 1, 0) + bytes(16) + struct.pack("<II", 0, 1)
         body += text("recipe", 64) + text("1", 16) + text("", 64) + text("", 128) + struct.pack("<IH", 7125, 0)
-        return self.record(7200, LINE_BEGIN[0] - 4, body)
+        return self.record(7200, BEGIN_S - 4, body)
 
     def begin(self, time_s, _line):
         body = struct.pack("<f", 400e3) + b"".join(struct.pack("<H128s", 3, b"1.0") for _ in range(4))
@@ -349,7 +350,7 @@ class S7k:
         body = struct.pack("<QIHIIBIfff", 1, p.number, 0, BEAMS, 26, 1, 0, rate, p.tilt[0], 0) + bytes(60)
         assert len(body) == 99
         for j in range(BEAMS):
-            body += struct.pack("<HffIIff", j, p.two_way[j] * rate, -p.port[j], 0, 3, 0, 0)[:26]
+            body += struct.pack("<HffIIff", j, p.two_way[j] * rate, -p.port[j], 0, 3, 0, 0)
         return self.record(7000, p.t0, bytes(settings)) + self.record(7027, p.t0, body)
 
 
@@ -487,7 +488,7 @@ def pos_mv(lines, folder, group=1):
                 else:
                     h = n.heading[q]
                     along, across = east * np.sin(h) + north * np.cos(h), east * np.cos(h) - north * np.sin(h)
-                    body += struct.pack("<fff4d", along, across, -up, *angles)[: 12 + 32]
+                    body += struct.pack("<fff4d", along, across, -up, *angles)
                     body += struct.pack("<f", n.heave[q]) + struct.pack("<6f", *[0] * 6) + b"\0\0"
                 whole = struct.pack("<4sHH", b"$GRP", group, len(body) + 4) + body
                 sixteen = sum(struct.unpack(f"<{len(whole) // 2}H", whole)) + struct.unpack("<H", b"$#")[0]
@@ -505,8 +506,6 @@ NAVIGATION = {
     "own": lambda *_: "roll_pitch_sigma_deg = 0.003\n",
 }
 
-LINE_BEGIN = [36000.0]
-
 
 def main(seed, folder, recorder="all", navigation="sbet"):
     os.makedirs(folder, exist_ok=True)
@@ -520,7 +519,7 @@ def main(seed, folder, recorder="all", navigation="sbet"):
         return -10 + 0.03 * x - 0.02 * y + waves.sum(-1)
 
     waves = [(random.uniform(0, 6.28), random.uniform(4.0, 7.0)) for _ in range(8)]
-    begin_s, records, form = LINE_BEGIN[0], [], FORMATS[recorder]()
+    begin_s, records, form = BEGIN_S, [], FORMATS[recorder]()
     for number, line in enumerate(LINES):
         boat, seconds = Boat(line, begin_s, waves), LENGTH / line[3]
         record = Navigation(boat, seconds, random)

@@ -63,9 +63,10 @@ pub fn planner(file: &Path, text: &str, ask: &PlanAsk) -> Result<Box<dyn Planner
     }))
 }
 
-/// The passes of a survey as sailed, and what is to be said of reading it.
+/// Passes, what is held of their errors, and what is to be said of reading them.
 type Sailed = (Scenario, JointConfig, Option<Vec<String>>);
 
+/// The passes of a survey as sailed.
 fn of_survey(file: &Path) -> Result<Sailed, InputError> {
     let survey = load(file)?;
     match as_scenario(&survey) {

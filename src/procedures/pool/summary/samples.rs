@@ -58,14 +58,11 @@ fn drift(outcome: &PoolOutcome) -> Option<Vec<DriftSample>> {
         joint.solution.estimate.chain.as_ref()?,
     );
     let begin_s = *model.times_s().first()?;
-    let stretches = || model.times_s().chunk_by(|a, b| b - a <= DRIFT_GAP_S);
+    let times: Vec<(usize, f64)> = model.times_s().iter().copied().enumerate().collect();
     let of = |(place, process): (usize, &Process)| {
-        let mut epoch = 0;
-        let mut value = |time_s: &f64| {
-            epoch += 1;
-            [time_s - begin_s, state.state(epoch - 1)[place]]
-        };
-        let parts = stretches().map(|part| part.iter().map(&mut value).collect());
+        let value = |&(epoch, time_s): &(usize, f64)| [time_s - begin_s, state.state(epoch)[place]];
+        let parts = times.chunk_by(|a, b| b.1 - a.1 <= DRIFT_GAP_S);
+        let parts = parts.map(|part| part.iter().map(value).collect());
         let (name, angle) = (DRIFTS[process.component], process.component > 2);
         DriftSample::new(name, angle, process.sigma, parts.collect())
     };
