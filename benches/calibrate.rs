@@ -242,6 +242,7 @@ fn calibrate_by_both_paths(bencher: Bencher) {
         sequential: &sequential,
         joint: &joint,
         seed: 1,
+        extras: &[],
     };
     bencher.bench_local(|| calibrate(&input, &boresight::watch::Unwatched));
 }

@@ -145,6 +145,7 @@ fn trial(scenario: &Scenario, seed: u64) -> [Option<Errors>; 2] {
         sequential: &projected,
         joint: &joint,
         seed,
+        extras: &[],
     };
     let outcome =
         calibrate(&input, &boresight::watch::Unwatched).expect("input that can be worked with");

@@ -106,6 +106,7 @@ pub fn calibrate_arrays(
         sequential: &sequential,
         joint: &joint,
         seed: settings.seed(),
+        extras: &[],
     };
     let outcome = pool::calibrate(&input, &Unwatched).map_err(InputError::unworkable)?;
     let configuration = serde_json::json!({ "sequential": sequential, "joint": joint });

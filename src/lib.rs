@@ -9,8 +9,8 @@
 //! let survey = simulate(&scenario, 1)?;
 //! let (sequential, joint) = (SequentialConfig::default(), JointConfig::default());
 //! let (campaign, target, prior) = (&survey.campaign, &survey.target, &survey.prior);
-//! let method = Method::Both;
-//! let input = PoolInput { campaign, target, prior, method, sequential: &sequential, joint: &joint, seed: 1 };
+//! let (method, seed, extras) = (Method::Both, 1, &[][..]);
+//! let input = PoolInput { campaign, target, prior, method, sequential: &sequential, joint: &joint, seed, extras };
 //! let found = calibrate(&input, &|step: &str| eprintln!("{step}"))?.joint.ok_or("refused")?;
 //! let (lever_arm_m, sigma) = (found.mounting.lever_arm_m, found.covariance.diagonal().map(f64::sqrt));
 //! println!("forward lever arm {:.4} m, one sigma {:.4} m", lever_arm_m.y, sigma[4]);

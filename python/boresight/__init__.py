@@ -7,11 +7,13 @@
 (True, ['pitch', 'roll', 'yaw'])
 """
 
+from . import adjust
 from ._budget import Budget, Plan, budget, plan
 from ._campaign import Campaign
 from ._core import VERSION as __version__
 from ._errors import AdjustmentError, BoresightError, Fault, InputError, InternalError, LedgerError
 from ._observe import (
+    Extra,
     Face,
     LaserNoise,
     LaserScan,
@@ -51,6 +53,7 @@ __all__ = [
     "Campaign",
     "Cell",
     "Cloud",
+    "Extra",
     "Face",
     "Fault",
     "Finding",
@@ -80,6 +83,7 @@ __all__ = [
     "Trials",
     "Utm",
     "__version__",
+    "adjust",
     "bar",
     "budget",
     "calibrate",

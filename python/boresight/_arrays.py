@@ -59,7 +59,7 @@ def _finite(array: Column) -> None:
         raise _Refused(f"{array[row]} in row {row}", "numbers")
 
 
-def _column(value: object) -> Column:
+def _column(value: object, *, holes: bool = False) -> Column:
     wanted = "one dimension of floats"
     array = _plain(value, wanted)
     if array.ndim == 0:
@@ -71,14 +71,14 @@ def _column(value: object) -> Column:
     if array.dtype.kind in "iu" and array.dtype.itemsize == 8 and bool((np.abs(array.astype(np.float64)) > _EXACT).any()):
         raise _Refused("whole numbers too large for floats", "floats")
     column = _frozen(array)
-    _finite(column)
+    _finite(np.where(np.isnan(column), 0.0, column) if holes else column)
     return column
 
 
-def column(of: str, name: str, value: object, faults: list[Fault]) -> Column:
-    """A column of finite floats; what is wrong with it goes onto the list."""
+def column(of: str, name: str, value: object, faults: list[Fault], *, holes: bool = False) -> Column:
+    """A column of finite floats, with ``holes`` also of NaN; what is wrong with it goes onto the list."""
     try:
-        return _column(value)
+        return _column(value, holes=holes)
     except _Refused as refused:
         faults.append(Fault(of, name, refused.found, refused.expected))
         return np.zeros(0)
@@ -155,3 +155,18 @@ def number(of: str, name: str, value: object, faults: list[Fault]) -> float:
     except _Refused as refused:
         faults.append(Fault(of, name, refused.found, refused.expected))
         return 0.0
+
+
+def numbers_of(of: str, name: str, value: object, faults: list[Fault]) -> Column:
+    """A finite float, or one dimension of them; an array of no or one dimension."""
+    wanted = "a number, or one dimension of floats"
+    try:
+        array = _plain(value, wanted)
+        if array.ndim > 1 or array.size == 0:
+            raise _Refused("an empty array" if array.size == 0 else f"shape {array.shape}", wanted)
+        found = _frozen(array)
+        _finite(found.reshape(-1))
+        return found
+    except _Refused as refused:
+        faults.append(Fault(of, name, refused.found, refused.expected))
+        return np.zeros(())

@@ -12,6 +12,7 @@ __all__ = [
     "Finished",
     "Survey",
     "VERSION",
+    "adjust",
     "budget",
     "cli",
     "demo_scenario",
@@ -23,9 +24,22 @@ __all__ = [
 ]
 
 _Progress = Callable[[str, int, int], object]
+_Extra = tuple[str, str, str, npt.NDArray[np.float64], float | None]
 
 VERSION: Final[str]
 
+def adjust(
+    sets: Sequence[tuple[Callable[[int, int, dict[str, Any]], tuple[Any, Any, Any]], int, Sequence[str]]],
+    blocks: Sequence[tuple[str, Sequence[float], Sequence[float] | None, Sequence[bool]]],
+    kernel: str,
+    width: float,
+    max_iterations: int,
+    step_tolerance_sigmas: float,
+    unknown_noise: bool,
+    worst: int,
+    threads: int | None = None,
+    progress: _Progress | None = None,
+) -> dict[str, Any]: ...
 def cli(arguments: Sequence[str]) -> int: ...
 def numerics() -> str: ...
 def demo_scenario(procedure: str) -> str: ...
@@ -82,6 +96,7 @@ class Survey:
         method: str,
         seed: int | None = None,
         simple: bool = False,
+        extra: Sequence[_Extra] = (),
         truth: str | None = None,
         threads: int | None = None,
         progress: _Progress | None = None,
@@ -99,6 +114,7 @@ class Survey:
         self,
         method: str,
         seed: int | None = None,
+        extra: Sequence[_Extra] = (),
         threads: int | None = None,
         progress: _Progress | None = None,
     ) -> dict[str, Any]: ...

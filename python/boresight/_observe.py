@@ -273,6 +273,55 @@ class Soundings:
         return f"<Soundings: {len(self)} {kind} of {len(np.unique(self.ping))} pings>"
 
 
+Acts = Literal["up", "range", "across", "along"]
+"""What an unknown of your own changes: a sounding's height (m), its range (m), its across-track or along-track angle (rad)."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Extra:
+    """An unknown of your own: what it changes of every sounding, as one array of derivatives.
+
+    ``derivative[k] * value`` is added to the height, range or angle of sounding ``k`` (``acts_on``): metres or radians per ``unit``; NaN
+    where it does not act. ``prior_sigma`` is what is known of the value beforehand, about zero. Squat, a slow range clock, a tide:
+
+    >>> import numpy as np
+    >>> Extra("squat", np.array([0.0, 1.2, 4.8]), unit="s2/m", prior_sigma=0.05)
+    <Extra 'squat', acts on up, 3 soundings>
+
+    A derivative that is a noisy measurement itself (the measured range) biases its unknown; smooth it first.
+    """
+
+    name: str
+    derivative: Column
+    unit: str
+    acts_on: Acts
+    prior_sigma: float | None
+
+    def __init__(
+        self,
+        name: str,
+        derivative: npt.ArrayLike,
+        *,
+        unit: str = "1",
+        acts_on: Acts = "up",
+        prior_sigma: float | None = None,
+    ) -> None:
+        faults: list[Fault] = []
+        found = column("Extra", "derivative", derivative, faults, holes=True)
+        if acts_on not in ("up", "range", "across", "along"):
+            faults.append(Fault("Extra", "acts_on", repr(acts_on), '"up", "range", "across" or "along"'))
+        prior = None if prior_sigma is None else number("Extra", "prior_sigma", prior_sigma, faults)
+        for what, text in {"name": name, "unit": unit}.items():
+            if not isinstance(text, str):
+                faults.append(Fault("Extra", what, f"a {type(text).__name__}", "a text"))
+        _raise(faults)
+        fields = {"name": name, "derivative": found, "unit": unit, "acts_on": acts_on, "prior_sigma": prior}
+        _freeze(self, fields)
+
+    def __repr__(self) -> str:
+        return f"<Extra {self.name!r}, acts on {self.acts_on}, {len(self.derivative)} soundings>"
+
+
 def _numbered(time_s: Column) -> tuple[Numbers, Numbers]:
     """Ping and beam numbers of rows in order of time."""
     begins = np.concatenate([[True], np.diff(time_s) != 0])

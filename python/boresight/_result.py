@@ -269,6 +269,13 @@ class Result:
         return self.solutions.get("reference")
 
     @property
+    def extra(self) -> Mapping[str, Parameter]:
+        """Your own unknowns by name, in their own units; empty where there were none, or where the joint path found nothing."""
+        joint = self.joint
+        names = (joint._keys.get("details") or {}).get("extra", []) if joint else []
+        return MappingProxyType({name: joint.parameters[name] for name in names if joint})
+
+    @property
     def solution(self) -> Solution:
         """The solution that decides: the joint one where it ran, else the reference one."""
         found = self.joint or self.reference

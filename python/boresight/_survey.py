@@ -9,7 +9,7 @@ import pathlib
 import shutil
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike, fspath
@@ -22,6 +22,7 @@ from . import _core
 from ._arrays import column
 from ._errors import BoresightError, Fault, InputError
 from ._observe import (
+    Extra,
     LaserNoise,
     LaserScan,
     Mounting,
@@ -381,20 +382,35 @@ def calibrate(
     method: Method = "both",
     seed: int | None = None,
     simple: bool = False,
+    extra: Sequence[Extra] = (),
     threads: int | None = None,
     progress: ProgressCallback | None = None,
 ) -> Result:
     """Calibrates a survey by both paths; the same bytes as ``boresight calibrate`` writes.
 
-    ``simple`` solves the simple joint model too. ``threads`` changes no result; without it, one per processor. A calibration that ends
+    ``simple`` solves the simple joint model too. ``extra`` are unknowns of your own (:class:`Extra`), which the joint path of a pool survey
+    solves for; what it found stands in ``Result.extra``. ``threads`` changes no result; without it, one per processor. A calibration that ends
     without a usable result is no error: see ``Result.usable``. :exc:`InputError` for input that no calibration can work with, and for
     a setting that the procedure has no use for.
     """
     read = _read(survey)
+    given = _extras(extra)
     found = read._handle.calibrate(
-        method, seed=seed, simple=simple, truth=read._truth, threads=threads, progress=told(progress)
+        method, seed=seed, simple=simple, extra=given, truth=read._truth, threads=threads, progress=told(progress)
     )
     return Result(found)
+
+
+_ExtraColumns = list[tuple[str, str, str, Any, float | None]]
+
+
+def _extras(extra: Sequence[Extra]) -> _ExtraColumns:
+    """Own unknowns as the library takes them."""
+    listed = list(extra) if isinstance(extra, Sequence) else [extra]
+    for value in listed:
+        if not isinstance(value, Extra):
+            raise InputError.of([Fault("extra", "whole argument", f"a {type(value).__name__}", "a list of Extra")])
+    return [(e.name, e.unit, e.acts_on, e.derivative, e.prior_sigma) for e in listed]
 
 
 def _read(survey: Survey | Path) -> Survey:
@@ -520,6 +536,7 @@ def residuals(
     sensor: Literal["soundings", "laser"] = "soundings",
     method: Method = "both",
     seed: int | None = None,
+    extra: Sequence[Extra] = (),
     threads: int | None = None,
     progress: ProgressCallback | None = None,
 ) -> Residuals:
@@ -529,7 +546,8 @@ def residuals(
     """
     if sensor not in ("soundings", "laser"):
         raise InputError.of([Fault("residuals", "sensor", repr(sensor), '"soundings" or "laser"')])
-    found = survey._handle.residuals(method, seed=seed, threads=threads, progress=told(progress))
+    given = _extras(extra)
+    found = survey._handle.residuals(method, seed=seed, extra=given, threads=threads, progress=told(progress))
     return Residuals(found[f"{sensor}.face"], found[f"{sensor}.residual_m"], tuple(found["faces"]))
 
 

@@ -1,6 +1,7 @@
 //! Columns from and to numpy. They are copied both ways: another thread may write into an array at any time, and what the library
 //! reads must stand still.
 
+use boresight::nalgebra::DMatrix;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -47,6 +48,12 @@ impl<'py> Given<'_, 'py> {
     pub fn text(&self, name: &str) -> PyResult<String> {
         self.item(name)?.extract()
     }
+}
+
+/// A square matrix.
+pub fn square<'py>(py: Python<'py>, of: &DMatrix<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let by_rows = of.transpose().as_slice().to_vec();
+    PyArray1::from_vec(py, by_rows).reshape([of.nrows(), of.ncols()])
 }
 
 /// Rows of three as an array of shape (n, 3).

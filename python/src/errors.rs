@@ -19,6 +19,8 @@ pub enum Failure {
     Ledger(LedgerError),
     /// Something that cannot be written.
     Report(ReportError),
+    /// What a callable of the caller's raised.
+    Python(PyErr),
     /// A fault of the program.
     Panic(String),
     /// The call was told to stop.
@@ -88,6 +90,7 @@ impl Failure {
                 )
             }
             Self::Report(error) => raised(py, "BoresightError", (error.to_string(),)),
+            Self::Python(error) => error,
             Self::Panic(text) => raised(py, "InternalError", (text,)),
             Self::Stopped => raised(py, "BoresightError", ("stopped",)),
         }

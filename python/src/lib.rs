@@ -10,7 +10,9 @@
 //! | `finished` | a calibration's result |
 //! | `campaign` | trials of a scenario, budgets |
 //! | `plan` | which pass to sail next |
+//! | `adjust` | the engine on conditions that Python evaluates |
 
+mod adjust;
 mod arrays;
 mod campaign;
 mod errors;
@@ -48,6 +50,8 @@ fn numerics() -> &'static str {
 
 #[pymodule(gil_used = false)]
 mod _core {
+    #[pymodule_export]
+    use super::adjust::adjust;
     #[pymodule_export]
     use super::campaign::{Campaign, budget};
     #[pymodule_export]

@@ -7,18 +7,18 @@ use boresight::calibrate::choices::Method;
 use boresight::calibrate::cloud::SensorModel;
 use boresight::nalgebra::{Matrix3, Vector3};
 use boresight::observe::{
-    GeodeticTrajectory, LaserCoordinates, LaserNoise, LaserScan, Mounting, Outside, SonarNoise,
-    SoundSpeed, SoundSpeedProfile, SoundingRange, Soundings, TrajectoryNoise,
+    Acts, Extra, GeodeticTrajectory, LaserCoordinates, LaserNoise, LaserScan, Mounting, Outside,
+    SonarNoise, SoundSpeed, SoundSpeedProfile, SoundingRange, Soundings, TrajectoryNoise,
 };
 use boresight::procedures::pool::procedure::input;
 use boresight::procedures::pool::summary::residuals::{Residuals, sounding_point};
 use boresight::procedures::pool::survey::{Arrays, LoadedSurvey, load, parse_target};
 use boresight::procedures::pool::ties::{Tie, TieSet};
-use boresight::procedures::pool::{Scene, calibrate};
+use boresight::procedures::pool::{PoolInput, Scene, calibrate};
 use boresight::procedures::{of_file, scenario, scenario_text};
 use boresight::watch::Watch;
 use boresight::{InputError, Loaded, Settings};
-use numpy::{PyArray1, PyArray2};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -162,14 +162,14 @@ impl Survey {
     ) -> PyResult<(String, String, bool)> {
         let (survey, procedure) = (self.shared(), self.procedure.clone());
         run(py, threads, progress, move |caller| {
-            let settings = settings("both", seed, false, &procedure)?;
+            let settings = settings("both", seed, false, Arc::default(), &procedure)?;
             let found = survey.loaded().check(&settings, caller)?;
             Ok((found.text, found.json.to_string(), found.determined))
         })
     }
 
     /// Calibrates it; `truth` is the content of a simulated survey's `truth.json`.
-    #[pyo3(signature = (method, seed=None, simple=false, truth=None, threads=None, progress=None))]
+    #[pyo3(signature = (method, seed=None, simple=false, extra=vec![], truth=None, threads=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "the package gives them by name")]
     fn calibrate(
         &self,
@@ -177,14 +177,15 @@ impl Survey {
         method: &str,
         seed: Option<u64>,
         simple: bool,
+        extra: Vec<OwnUnknown<'_>>,
         truth: Option<String>,
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Finished> {
         let (survey, procedure) = (self.shared(), self.procedure.clone());
-        let method = method.to_owned();
+        let (method, extras) = (method.to_owned(), extras(extra)?);
         let found = run(py, threads, progress, move |caller| {
-            let settings = settings(&method, seed, simple, &procedure)?;
+            let settings = settings(&method, seed, simple, extras, &procedure)?;
             let truth = truth.map(|text| serde_json::from_str(&text)).transpose()?;
             Ok(survey
                 .loaded()
@@ -240,19 +241,20 @@ impl Survey {
 
     /// Calibrates a pool survey and says of every sounding and return on which face it lies (-1: on none) and how far from it, outwards,
     /// metres (NaN: nowhere); and the names of the faces.
-    #[pyo3(signature = (method, seed=None, threads=None, progress=None))]
+    #[pyo3(signature = (method, seed=None, extra=vec![], threads=None, progress=None))]
     fn residuals<'py>(
         &self,
         py: Python<'py>,
         method: &str,
         seed: Option<u64>,
+        extra: Vec<OwnUnknown<'_>>,
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (survey, procedure) = (self.shared(), self.procedure.clone());
-        let method = method.to_owned();
+        let (method, extras) = (method.to_owned(), extras(extra)?);
         let (names, soundings, returns) = run(py, threads, progress, move |caller| {
-            let settings = settings(&method, seed, false, &procedure)?;
+            let settings = settings(&method, seed, false, extras, &procedure)?;
             let Observed::Pool(survey) = &*survey.0 else {
                 let text = "residuals: found a survey of another procedure, expected a pool survey";
                 return Err(Failure::Refused(text.to_owned()));
@@ -316,7 +318,10 @@ fn on_faces(
     settings: &Settings,
     caller: &Caller<'_>,
 ) -> Result<(Vec<String>, OnFaces, OnFaces), Failure> {
-    let input = input(survey, settings);
+    let input = PoolInput {
+        extras: &settings.extras,
+        ..input(survey, settings)
+    };
     let outcome = calibrate(&input, caller).map_err(InputError::unworkable)?;
     let residuals = Residuals::of(&outcome);
     let model = residuals.models.joint.or(residuals.models.reference);
@@ -362,11 +367,39 @@ impl Points {
     }
 }
 
+/// An unknown of the caller's own: name, unit, what it acts on, derivatives, prior sigma.
+type OwnUnknown<'py> = (
+    String,
+    String,
+    String,
+    PyReadonlyArray1<'py, f64>,
+    Option<f64>,
+);
+
+fn extras(given: Vec<OwnUnknown<'_>>) -> PyResult<Arc<[Extra]>> {
+    let one = |(name, unit, acts, derivative, prior_sigma): OwnUnknown<'_>| {
+        Ok(Extra {
+            name,
+            unit,
+            acts: match acts.as_str() {
+                "range" => Acts::Range,
+                "across" => Acts::Across,
+                "along" => Acts::Along,
+                _ => Acts::Up,
+            },
+            derivative: derivative.as_slice()?.to_vec(),
+            prior_sigma,
+        })
+    };
+    given.into_iter().map(one).collect()
+}
+
 /// Settings that the procedure has a use for.
 fn settings(
     method: &str,
     seed: Option<u64>,
     simple: bool,
+    extras: Arc<[Extra]>,
     procedure: &str,
 ) -> Result<Settings, Failure> {
     let method = match method {
@@ -383,6 +416,7 @@ fn settings(
         method,
         seed,
         simple,
+        extras,
     };
     match boresight::procedures::find(procedure).map(|procedure| settings.fit(procedure)) {
         // the command's option is the package's argument

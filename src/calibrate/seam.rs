@@ -11,6 +11,7 @@
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -21,6 +22,7 @@ use super::cloud::{Cloud, SensorModel};
 use super::planning::{PlanAsk, Planner};
 use super::tried::Tried;
 use crate::formats::FormatError;
+use crate::observe::Extra;
 use crate::results::{Calibration, InputFile, Page, Provenance, Software};
 use crate::survey::schema::Key;
 use crate::survey::{ScenarioError, SurveyError};
@@ -175,10 +177,12 @@ pub struct Uses {
     pub simple: bool,
     /// An error budget of a survey as it was observed, without a truth.
     pub survey_budget: bool,
+    /// Unknowns of the caller's own.
+    pub extras: bool,
 }
 
 /// What the user may say of a calibration besides its survey file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
     /// Which paths run.
     pub method: Method,
@@ -186,6 +190,8 @@ pub struct Settings {
     pub seed: Option<u64>,
     /// The simple joint model too, as a third column.
     pub simple: bool,
+    /// Unknowns of the caller's own, one number a sounding each.
+    pub extras: Arc<[Extra]>,
 }
 
 impl Settings {
@@ -211,6 +217,9 @@ impl Settings {
         }
         if self.simple && !uses.simple {
             return Err(unused("--simple", "it has one joint model only"));
+        }
+        if !self.extras.is_empty() && !uses.extras {
+            return Err(unused("extra", "it takes no unknowns of the caller's own"));
         }
         Ok(())
     }

@@ -18,6 +18,7 @@ pub fn run(args: &Calibrate, talk: &Talk) -> Result<Ending, CliError> {
         method: args.method.into(),
         seed: args.seed,
         simple: args.simple,
+        ..Settings::default()
     };
     let procedure = procedures::of_file(&args.survey)?;
     settings.fit(procedure)?;

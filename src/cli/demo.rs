@@ -34,7 +34,7 @@ pub fn run(args: &Demo, talk: &Talk) -> Result<Ending, CliError> {
     let settings = Settings {
         method: Method::Both,
         seed: procedure.uses().seed.then_some(args.seed),
-        simple: false,
+        ..Settings::default()
     };
     let loaded = procedure.read(&survey)?;
     let finished = loaded.calibrate(&settings, Some(&simulated.truth), talk)?;

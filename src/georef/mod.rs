@@ -1,6 +1,7 @@
 //! The one place where the georeferencing equation stands: `X = p(t) + R_b^t(t) [ R u + l ]` (patent \[0034\]).
 
 pub mod beam;
+pub mod effects;
 pub mod eigenray;
 pub mod equation;
 pub mod localise;
@@ -9,6 +10,7 @@ pub mod refraction;
 pub mod two_arrays;
 
 pub use beam::{Beam, BeamPartials};
+pub use effects::Effects;
 pub use eigenray::{Eigenray, Medium};
 pub use equation::{NormalPartials, along_normal, georeference};
 pub use localise::{Localised, local_trajectory};

@@ -2,6 +2,7 @@
 
 mod arrays;
 pub mod campaign;
+pub mod extra;
 pub mod laser;
 pub mod rail;
 pub mod rig;
@@ -12,6 +13,7 @@ pub mod trajectory;
 pub mod usbl;
 
 pub use campaign::Campaign;
+pub use extra::{Acts, Extra, MOST_EXTRAS};
 pub use laser::{LaserCoordinates, LaserNoise, LaserScan};
 pub use rail::{
     AttitudeNoise, AttitudeRecord, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord,

@@ -170,6 +170,7 @@ fn a_trial_is_a_calibration_of_a_simulated_survey() {
             sequential,
             joint: &configuration.joint,
             seed: 3,
+            extras: &[],
         };
         let outcome = calibrate(&input, &boresight::watch::Unwatched).expect("a run");
         let joint = outcome.joint.expect("joint");

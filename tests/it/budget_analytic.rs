@@ -149,6 +149,7 @@ fn errors(scenario: &Scenario, seed: u64, joint: &JointConfig) -> [Vector6<f64>;
         sequential: &sequential,
         joint,
         seed,
+        extras: &[],
     };
     let outcome = calibrate(&input, &boresight::watch::Unwatched).expect("usable input");
     let joint = outcome.joint.expect("a joint result").mounting;
@@ -273,6 +274,7 @@ fn the_reference_path_follows_a_drift_through_the_frame() {
         sequential: &sequential,
         joint: &joint,
         seed: 1,
+        extras: &[],
     };
     let outcome =
         calibrate(&input(&survey.campaign), &boresight::watch::Unwatched).expect("usable input");

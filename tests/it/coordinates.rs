@@ -123,6 +123,7 @@ fn every_frame_of_the_returns_calibrates_to_the_truth() {
             sequential: &SequentialConfig::default(),
             joint: &JointConfig::default(),
             seed: 1,
+            extras: &[],
         };
         let outcome = calibrate(&input, &boresight::watch::Unwatched)
             .unwrap_or_else(|e| panic!("{frame}: {e}"));

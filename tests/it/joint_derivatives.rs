@@ -7,13 +7,16 @@ use boresight::adjust::{
     Block, BlockId, ChainModel, ChainState, Component, Conditions, DerivativeFault, Estimate,
     ParameterSet, Process, ProcessKind, Unit, check_derivatives,
 };
+use boresight::calibrate::cloud::SensorModel;
 use boresight::matching::{Patches, Water};
-use boresight::observe::Mounting;
+use boresight::observe::{Acts, Extra, Mounting};
 use boresight::procedures::pool::Scene;
 use boresight::procedures::pool::conditions::{
     FacePlane, MountingBlocks, ReturnConditions, SoundingConditions, TrajectoryErrors,
 };
-use boresight::procedures::pool::ties::{Among, Association, Tie, tie_returns, tie_soundings};
+use boresight::procedures::pool::ties::{
+    Among, Association, PlacedBy, Tie, tie_returns, tie_soundings,
+};
 use boresight::simulate::motion::Wave;
 use boresight::simulate::{Scenario, Simulated, Source, Sources, simulate};
 use nalgebra::{Matrix3, Vector3};
@@ -50,6 +53,27 @@ fn lengths<const N: usize>(name: &str, value: &[f64; N], unit: Unit) -> Block {
     Block::euclidean(name, components.collect(), value)
 }
 
+/// Unknowns of the caller's own, of every kind.
+const OWN: [(&str, Acts); 4] = [
+    ("higher", Acts::Up),
+    ("longer", Acts::Range),
+    ("wider", Acts::Across),
+    ("forward", Acts::Along),
+];
+
+/// They act on two soundings of three, by more and less.
+fn own(soundings: usize) -> Vec<Extra> {
+    let by = |k: usize| [f64::NAN, 0.7, -1.3][k % 3];
+    let one = |(name, acts): (&str, Acts)| Extra {
+        name: name.to_owned(),
+        unit: "1".to_owned(),
+        acts,
+        derivative: (0..soundings).map(by).collect(),
+        prior_sigma: None,
+    };
+    OWN.map(one).to_vec()
+}
+
 /// Every block that the joint path can have, at the truth.
 struct Unknowns {
     x: ParameterSet,
@@ -57,6 +81,7 @@ struct Unknowns {
     scanner: MountingBlocks,
     latency: BlockId,
     range_scale: BlockId,
+    extras: Vec<BlockId>,
     planes: Vec<Option<FacePlane>>,
 }
 
@@ -80,6 +105,7 @@ fn unknowns(s: &Simulated) -> (Unknowns, Mounting) {
     let mut scalar = |name, value, unit| x.push(lengths(name, &[value], unit)).expect("a scalar");
     let latency = scalar("latency", s.truth.latency_s, Unit::Second);
     let range_scale = scalar("range scale", s.truth.range_scale, Unit::One);
+    let extras = OWN.map(|(name, _)| scalar(name, 0.0, Unit::One)).to_vec();
     let groups: Vec<(BlockId, BlockId)> = s
         .target
         .groups
@@ -122,6 +148,7 @@ fn unknowns(s: &Simulated) -> (Unknowns, Mounting) {
         scanner,
         latency,
         range_scale,
+        extras,
         planes,
     };
     (all, true_sonar)
@@ -194,7 +221,9 @@ fn named(x: &ParameterSet, faults: &[DerivativeFault]) -> Vec<String> {
 #[test]
 fn derivatives_of_the_soundings() {
     let s = survey();
-    let scene = Scene::prepare(&s.campaign, &s.target, &s.prior).expect("a scene");
+    let own = own(s.campaign.soundings.len());
+    let mut scene = Scene::prepare(&s.campaign, &s.target, &s.prior).expect("a scene");
+    scene.extras = &own;
     let (all, true_sonar) = unknowns(&s);
     let patches = Patches::new(
         &s.target,
@@ -203,15 +232,16 @@ fn derivatives_of_the_soundings() {
         &scene.origins(&true_sonar),
     );
     let rows: Vec<u32> = (0..s.campaign.soundings.len() as u32).collect();
-    let ties = tie_soundings(
-        &scene,
-        &patches,
-        &rows,
-        &true_sonar,
-        s.truth.latency_s,
-        s.truth.range_scale,
-        &Association::before(5.0),
-    );
+    let truth = PlacedBy {
+        sensor: SensorModel {
+            mounting: true_sonar,
+            latency_s: s.truth.latency_s,
+            range_scale: s.truth.range_scale,
+        },
+        extras: &[0.0; OWN.len()],
+    };
+    let gate = Association::before(5.0);
+    let ties = tie_soundings(&scene, &patches, &rows, &truth, &gate);
     let model = chain(&scene);
     let epochs: Vec<u32> = (0..scene.trajectory.len() as u32).collect();
     let conditions = SoundingConditions {
@@ -222,6 +252,7 @@ fn derivatives_of_the_soundings() {
         mounting: all.sonar,
         latency: Some(all.latency),
         range_scale: Some(all.range_scale),
+        extras: &all.extras,
         latency_at_start_s: s.truth.latency_s,
         trajectory: TrajectoryErrors::States(&epochs),
         group: 0,

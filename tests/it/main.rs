@@ -22,6 +22,7 @@ mod common;
 mod compare;
 mod coordinates;
 mod dependencies;
+mod extras;
 mod foreign_bytes;
 mod formats;
 #[cfg(feature = "cli")]

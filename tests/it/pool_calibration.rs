@@ -38,6 +38,7 @@ fn true_ties_are_those_of_the_faces_struck() {
             sequential: &sequential,
             joint: &joint,
             seed: 1,
+            extras: &[],
         };
         let found = calibrate(&input, &boresight::watch::Unwatched)
             .expect("a run")
@@ -87,6 +88,7 @@ fn run(
         sequential: &sequential,
         joint: &joint,
         seed: 1,
+        extras: &[],
     };
     let outcome =
         calibrate(&input, &boresight::watch::Unwatched).expect("input that can be worked with");
@@ -214,6 +216,7 @@ fn a_plane_that_the_scanner_did_not_see_is_named() {
         sequential: &sequential,
         joint: &joint,
         seed: 1,
+        extras: &[],
     };
     let outcome =
         calibrate(&input, &boresight::watch::Unwatched).expect("input that can be worked with");

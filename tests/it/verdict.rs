@@ -31,6 +31,7 @@ fn verdict_with(
         sequential: &SequentialConfig::default(),
         joint,
         seed: 1,
+        extras: &[],
     };
     calibrate(&input, &boresight::watch::Unwatched)
         .expect("a run")

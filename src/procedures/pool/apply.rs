@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::scene::Scene;
 use super::summary::residuals::sounding_point;
 use super::survey::LoadedSurvey;
+use super::ties::PlacedBy;
 use crate::calibrate::cloud::{Beam, CHUNK, Cloud, Placed, SensorModel};
 use crate::formats::las::stream::is_standard_time;
 use crate::geometry::frames::{Point, Target};
@@ -59,12 +60,16 @@ fn points(scene: Scene<'_>, model: SensorModel) -> impl Iterator<Item = Vec<Plac
 fn placed(scene: &Scene<'_>, model: &SensorModel, rows: &[(Sensor, usize, f64)]) -> Vec<Placed> {
     let to_ecef = scene.pose.ecef_from_target();
     let soundings = &scene.campaign.soundings;
+    let model = PlacedBy {
+        sensor: *model,
+        extras: &[],
+    };
     let place = |&(sensor, row, time_s): &(Sensor, usize, f64)| {
         let (in_target, source, beam): (Vector3<f64>, _, _) = match sensor {
             Sensor::Laser => (scene.laser_point(row)?.0, 1, None),
             Sensor::Multibeam => {
                 let (ping, beam) = (soundings.ping[row], soundings.beam[row]);
-                let at = sounding_point(scene, row, model)?;
+                let at = sounding_point(scene, row, &model)?;
                 (at, 2, Some(Beam { ping, beam }))
             }
         };

@@ -11,8 +11,8 @@ use super::judge::Cells;
 use super::scene::Scene;
 use super::ties::{Tie, TrajectoryVariance, return_gain, sounding_variance};
 use crate::adjust::{BlockId, ChainRow, ChainState, Conditions, ParameterSet, Row, tangent_basis};
-use crate::georef::{Beam, BeamPartials};
-use crate::observe::{Mounting, PoseSample, Trajectory};
+use crate::georef::{Beam, BeamPartials, Effects};
+use crate::observe::{Acts, MOST_EXTRAS, Mounting, PoseSample, Trajectory};
 
 /// Where the unknown plane of a face lives in the parameters.
 #[derive(Clone, Copy, Debug)]
@@ -229,6 +229,8 @@ pub struct SoundingConditions<'a> {
     pub latency: Option<BlockId>,
     /// Scale of the ranges.
     pub range_scale: Option<BlockId>,
+    /// Unknowns of the caller's own, in the order of the scene's.
+    pub extras: &'a [BlockId],
     /// Latency (seconds) that decides which states a condition sees.
     pub latency_at_start_s: f64,
     /// Errors of the trajectory.
@@ -264,11 +266,13 @@ impl SoundingConditions<'_> {
         let scale = self.range_scale.map_or(0.0, |id| x.euclidean(id)[0]);
         let mut beam = self.scene.beam(tie.row as usize, &pose, mounting)?;
         beam.range_m *= 1.0 + scale;
+        let lift_m = self.act(tie, x, &mut beam);
         let moment = self.trajectory.moment(&seen, interval, chain);
-        let moment = Moment {
+        let mut moment = Moment {
             position_m: pose.position_m + (moment.position_m - seen.position_m),
             ..moment
         };
+        moment.position_m.z += lift_m;
         let mut sight = Sight::new(&plane, &pose, moment, interval);
         let in_sensor = mounting.rotation.tr_mul(&sight.in_body);
         let base_m = sight.base_m(&plane, mounting);
@@ -284,6 +288,35 @@ impl SoundingConditions<'_> {
             in_sensor,
             adjusted,
         })
+    }
+
+    /// What the caller's own unknowns make of a beam; by how much the sounding stands higher, metres.
+    fn act(&self, tie: Tie, x: &ParameterSet, beam: &mut Beam) -> f64 {
+        if self.extras.is_empty() {
+            return 0.0;
+        }
+        let mut values = [0.0; MOST_EXTRAS];
+        for (value, id) in values.iter_mut().zip(self.extras) {
+            *value = x.euclidean(*id)[0];
+        }
+        Effects::new(self.scene.extras, &values).act(tie.row as usize, beam)
+    }
+
+    /// Derivatives by the caller's own unknowns, at the adjusted observation.
+    fn by_extras(&self, tie: Tie, seen: &SoundingSight, x: &ParameterSet, row: &mut Row) {
+        let by_beam = seen.adjusted.partials.jacobian.tr_mul(&seen.in_sensor);
+        for (extra, id) in self.scene.extras.iter().zip(self.extras) {
+            let Some(derivative) = extra.at(tie.row as usize) else {
+                continue;
+            };
+            let by_effect = match extra.acts {
+                Acts::Up => seen.sight.normal.z,
+                Acts::Range => by_beam.x,
+                Acts::Across => by_beam.y,
+                Acts::Along => by_beam.z,
+            };
+            row.push(x.offset(*id), by_effect * derivative);
+        }
     }
 
     fn fill(
@@ -308,6 +341,9 @@ impl SoundingConditions<'_> {
         if let Some(id) = self.range_scale {
             // by the adjusted range: the measured one errs together with the misclosure
             row.push(x.offset(id), seen.by_range);
+        }
+        if !self.extras.is_empty() {
+            self.by_extras(tie, &seen, x, row);
         }
         self.trajectory.finish(sight, seen.weight_before, row);
         Some(())

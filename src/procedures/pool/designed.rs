@@ -45,6 +45,7 @@ impl DesignedPass<'_> {
             sequential: &sequential,
             joint: config,
             seed: 0,
+            extras: &[],
         };
         let scene = Scene::prepare(self.campaign, self.target, self.pose)?;
         let scanned = Scanned::by(&scene, &input);

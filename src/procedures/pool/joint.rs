@@ -67,6 +67,8 @@ pub struct Blocks {
     pub latency: Option<BlockId>,
     /// Range scale.
     pub range_scale: Option<BlockId>,
+    /// Unknowns of the caller's own, in the order of the scene's.
+    pub extras: Vec<BlockId>,
     /// Plane of every face, where its group was seen by the scanner.
     pub faces: Vec<Option<FacePlane>>,
 }
@@ -84,6 +86,8 @@ pub struct JointOutcome {
     pub chain: Option<ChainModel>,
     /// Handles into its parameters.
     pub blocks: Blocks,
+    /// Values of the caller's own unknowns, in the order of the scene's.
+    pub extras: Vec<f64>,
     /// Soundings used.
     pub soundings: TieSet,
     /// Returns used.
@@ -99,14 +103,16 @@ pub struct JointOutcome {
 }
 
 impl JointOutcome {
-    /// Columns of the parameters sought: the mounting's six, latency and range scale where they are unknowns.
+    /// Columns of the parameters sought: the mounting's six, latency and range scale where they are unknowns, and the caller's own.
     #[must_use]
     pub fn columns(&self) -> Vec<usize> {
         let x = &self.solution.estimate.parameters;
         let mounting = &self.blocks.mounting;
         let (turn, arm) = (x.offset(mounting.rotation), x.offset(mounting.lever_arm));
         let extra = [self.blocks.latency, self.blocks.range_scale];
-        let extra = extra.into_iter().flatten().map(|id| x.offset(id));
+        let extra = extra.into_iter().flatten();
+        let extra = extra.chain(self.blocks.extras.iter().copied());
+        let extra = extra.map(|id| x.offset(id));
         (turn..turn + 3).chain(arm..arm + 3).chain(extra).collect()
     }
 }

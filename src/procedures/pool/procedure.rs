@@ -69,6 +69,7 @@ impl Procedure for Pool {
             seed: true,
             simple: true,
             survey_budget: true,
+            extras: true,
         }
     }
 
@@ -108,12 +109,13 @@ impl Loaded for LoadedSurvey {
         file.joint.simple |= settings.simple;
         let input = PoolInput {
             joint: &file.joint,
+            extras: &settings.extras,
             ..input(self, settings)
         };
         let truth: Option<Truth> = truth.map(read_truth).transpose()?;
         let outcome = calibrate(&input, progress).map_err(|error| match error {
             PoolError::Stopped(stopped) => stopped.into(),
-            other @ PoolError::SoundSpeed(_) => InputError::unworkable(other),
+            other => InputError::unworkable(other),
         })?;
         progress.begin("comparing and drawing")?;
         let dropped = Dropped {
@@ -151,7 +153,7 @@ impl Loaded for LoadedSurvey {
     }
 }
 
-/// A loaded survey as the calibration takes it.
+/// A loaded survey as the calibration takes it, without unknowns of the caller's own.
 #[must_use]
 pub fn input<'s>(survey: &'s LoadedSurvey, settings: &Settings) -> PoolInput<'s> {
     PoolInput {
@@ -162,6 +164,7 @@ pub fn input<'s>(survey: &'s LoadedSurvey, settings: &Settings) -> PoolInput<'s>
         sequential: &survey.file.sequential,
         joint: &survey.file.joint,
         seed: settings.seed(),
+        extras: &[],
     }
 }
 

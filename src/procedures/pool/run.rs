@@ -21,7 +21,7 @@ use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::{Plane, PlaneFit};
 use crate::georef::{RayError, georeference};
 use crate::matching::{Patches, Water};
-use crate::observe::{Campaign, Mounting, PoseSample, Struck};
+use crate::observe::{Campaign, Extra, MOST_EXTRAS, Mounting, PoseSample, Struck};
 use crate::target::{Role, Target};
 use crate::watch::{Stopped, Unwatched, Watch};
 
@@ -42,6 +42,8 @@ pub struct PoolInput<'a> {
     pub joint: &'a JointConfig,
     /// Seed of RANSAC.
     pub seed: u64,
+    /// Unknowns of the caller's own, one number a sounding each; the joint path solves for them.
+    pub extras: &'a [Extra],
 }
 
 /// What a pool calibration ended with. A path that did not run is `None`.
@@ -73,6 +75,16 @@ pub enum PoolError {
     /// The sound speed cannot be used.
     #[error("sound speed: {0}")]
     SoundSpeed(#[from] RayError),
+    /// An unknown of the caller's own cannot be used.
+    #[error("extra {name}: found {found}, expected {expected}")]
+    Extra {
+        /// Which one.
+        name: String,
+        /// What is wrong.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
     /// Stopped by whoever watches.
     #[error(transparent)]
     Stopped(#[from] Stopped),
@@ -146,9 +158,44 @@ pub fn calibrate_with<'a>(
     progress: &dyn Watch,
 ) -> Result<PoolOutcome<'a>, PoolError> {
     progress.begin("refining the target's pose from the laser points")?;
-    let scene = Scene::prepare(input.campaign, input.target, input.prior)?;
+    check_extras(input)?;
+    let mut scene = Scene::prepare(input.campaign, input.target, input.prior)?;
+    scene.extras = input.extras;
     let outcome = calibrate_scene(input, scene, further, progress)?;
     Ok(explained(input, outcome, progress)?)
+}
+
+/// Refuses unknowns of the caller's own that cannot be used, or whose name another parameter has.
+fn check_extras(input: &PoolInput) -> Result<(), PoolError> {
+    let refused = |name: &str, found: String, expected: String| PoolError::Extra {
+        name: name.to_owned(),
+        found,
+        expected,
+    };
+    if input.extras.len() > MOST_EXTRAS {
+        let (found, name) = (
+            input.extras.len().to_string(),
+            &input.extras[MOST_EXTRAS].name,
+        );
+        return Err(refused(name, found, format!("at most {MOST_EXTRAS}")));
+    }
+    let mut taken = joint::SIX.to_vec();
+    taken.extend(["latency", "range_scale"]);
+    for extra in input.extras {
+        if let Some((found, expected)) = extra.fault(&input.campaign.soundings) {
+            return Err(refused(&extra.name, found, expected));
+        }
+        if extra.name.trim().is_empty() || taken.contains(&extra.name.as_str()) {
+            let expected = format!("a name of its own, none of {}", taken.join(", "));
+            return Err(refused(
+                &extra.name,
+                format!("\"{}\"", extra.name),
+                expected,
+            ));
+        }
+        taken.push(&extra.name);
+    }
+    Ok(())
 }
 
 /// As [`calibrate_with`], of a simulated survey of which is known what each observation struck: nothing is tied to another face. What a

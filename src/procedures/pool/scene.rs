@@ -10,7 +10,7 @@ use crate::georef::refraction::{Launch, Water as Refraction};
 use crate::georef::{Beam, RayError, georeference, local_trajectory};
 use crate::matching::{Movable, Patches, Registration, Sight, Water, register};
 use crate::observe::{
-    Campaign, LaserCoordinates, Mounting, PoseSample, SoundingRange, Struck, Trajectory,
+    Campaign, Extra, LaserCoordinates, Mounting, PoseSample, SoundingRange, Struck, Trajectory,
 };
 use crate::target::{Outline, Target};
 
@@ -53,6 +53,8 @@ pub struct Scene<'a> {
     /// Where it is known (of a simulation, and only for an error budget): the face that each observation struck. Nothing is tied to
     /// another face then.
     pub struck: Option<&'a Struck>,
+    /// Unknowns of the caller's own, of the joint paths.
+    pub extras: &'a [Extra],
     /// Poses of the observations in the refined frame.
     poses: Poses,
 }
@@ -84,6 +86,7 @@ impl<'a> Scene<'a> {
             laser_fit: 0.0,
             notes: local.note.into_iter().collect(),
             struck: None,
+            extras: &[],
             poses: Poses::default(),
         };
         scene.refine_pose();

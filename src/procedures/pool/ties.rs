@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use super::scene::Scene;
 use crate::adjust::ChainState;
+use crate::calibrate::cloud::SensorModel;
 use crate::geometry::rotation::exp;
-use crate::georef::along_normal;
+use crate::georef::{Beam, Effects, along_normal};
 use crate::matching::{Gate, Patches, Verdict};
 use crate::observe::{LaserNoise, Mounting, PoseSample, SonarNoise, TrajectoryNoise};
 
@@ -323,17 +324,46 @@ pub fn tie_returns(
     set
 }
 
-/// Ties the soundings in `rows` under a mounting, latency (seconds) and range scale.
+/// What places a sounding: mounting, latency and range scale, and the values of the caller's own unknowns.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedBy<'a> {
+    /// Mounting, latency, range scale.
+    pub sensor: SensorModel,
+    /// Values of the scene's own unknowns; empty where a path does not have them.
+    pub extras: &'a [f64],
+}
+
+impl PlacedBy<'_> {
+    /// A mounting without latency and scale.
+    #[must_use]
+    pub fn mounting(mounting: Mounting) -> Self {
+        Self {
+            sensor: SensorModel::plain(mounting),
+            extras: &[],
+        }
+    }
+
+    /// Pose and beam of a sounding, corrected; `None` outside the trajectory and of a beam without a ray.
+    #[must_use]
+    pub fn beam(&self, scene: &Scene, row: usize) -> Option<(PoseSample, Beam)> {
+        let mut pose = scene.sounding_pose(row, self.sensor.latency_s)?;
+        let mut beam = scene.beam(row, &pose, &self.sensor.mounting)?;
+        beam.range_m *= 1.0 + self.sensor.range_scale;
+        pose.position_m.z += Effects::new(scene.extras, self.extras).act(row, &mut beam);
+        Some((pose, beam))
+    }
+}
+
+/// Ties the soundings in `rows`, as placed by a model.
 #[must_use]
 pub fn tie_soundings(
     scene: &Scene,
     patches: &Patches,
     rows: &[u32],
-    mounting: &Mounting,
-    latency_s: f64,
-    range_scale: f64,
+    model: &PlacedBy,
     association: &Association,
 ) -> TieSet {
+    let mounting = &model.sensor.mounting;
     let campaign = scene.campaign;
     let gate_sigmas = association.gate_sigmas;
     let spread_m2 = TrajectoryVariance::new(&campaign.trajectory.noise, true).position_m2;
@@ -342,14 +372,10 @@ pub fn tie_soundings(
     let from = |i: usize| rows[i..].iter().copied();
     let mut set = collect(rows.len(), from, |row, before| {
         let k = row as usize;
-        let Some(pose) = scene.sounding_pose(k, latency_s) else {
-            return (row, None);
-        };
-        let Some(mut beam) = scene.beam(k, &pose, mounting) else {
+        let Some((pose, beam)) = model.beam(scene, k) else {
             return (row, None);
         };
         let pose = association.pose(pose);
-        beam.range_m *= 1.0 + range_scale;
         let partials = beam.partials();
         let turned = mounting.rotation * partials.vector_m;
         let arm = turned + mounting.lever_arm_m;
@@ -380,7 +406,8 @@ pub fn tie_soundings_first(
     gate_sigmas: f64,
 ) -> TieSet {
     let association = Association::before(gate_sigmas);
-    tie_soundings(scene, patches, rows, mounting, 0.0, 0.0, &association)
+    let model = PlacedBy::mounting(*mounting);
+    tie_soundings(scene, patches, rows, &model, &association)
 }
 
 const NO_FACE: &str = "no face within the gate";

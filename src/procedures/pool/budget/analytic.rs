@@ -146,6 +146,7 @@ pub fn analytic_with(
         sequential,
         joint,
         seed: perfect.seed,
+        extras: &[],
     };
     propagated(scenario, &input, Some(survey.reality.sonar))
 }

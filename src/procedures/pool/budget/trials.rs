@@ -133,6 +133,7 @@ impl PoolTrials {
             sequential: &self.configuration.sequential,
             joint: &self.configuration.joint,
             seed,
+            extras: &[],
         };
         let further = [self.configuration.projected()];
         let outcome = if true_ties {

@@ -10,7 +10,7 @@ use super::super::scene::Scene;
 use super::super::sequential::{
     self, FaceSoundings, HorizontalSoundings, RoleSoundings, ScannerPlanes, SequentialError,
 };
-use super::super::ties::{self, Association, Tie};
+use super::super::ties::{self, Tie};
 use super::moved::Frame;
 use super::{Pull, Pulls, difference};
 use crate::geometry::{PlaneFit, rotation};
@@ -89,8 +89,8 @@ fn sounding_ties(input: &PoolInput, outcome: &PoolOutcome, scanned: &Scanned) ->
     let mut sonar = Patches::new(input.target, Water::Below, level_m, &origins);
     planes::apply(&mut sonar, scene, &scanned.fitted);
     let candidates = scene.soundings_near(&sonar, &rough.mounting, CANDIDATE_M);
-    let gate = Association::before(input.joint.gate_sigma);
-    ties::tie_soundings(scene, &sonar, &candidates, &rough.mounting, 0.0, 0.0, &gate).ties
+    let gate = input.joint.gate_sigma;
+    ties::tie_soundings_first(scene, &sonar, &candidates, &rough.mounting, gate).ties
 }
 
 /// Mean of the wall's returns, whose X the path compares.

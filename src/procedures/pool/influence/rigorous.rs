@@ -48,6 +48,7 @@ fn with_problem<T>(
         mounting: blocks.mounting,
         latency: blocks.latency,
         range_scale: blocks.range_scale,
+        extras: &blocks.extras,
         latency_at_start_s: blocks.latency.map_or(0.0, |id| x.euclidean(id)[0]),
         trajectory,
         group: SOUNDINGS,

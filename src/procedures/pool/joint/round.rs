@@ -9,7 +9,7 @@ use super::super::doubts::Passes;
 use super::super::judge::{Case, Cells};
 use super::super::scene::Scene;
 use super::super::ties::{
-    Among, Association, Corrected, TieSet, TrajectoryVariance, tie_returns, tie_soundings,
+    Among, Association, Corrected, PlacedBy, TieSet, TrajectoryVariance, tie_returns, tie_soundings,
 };
 use super::{
     Blocks, Components, Epochs, JointOutcome, JointStart, Judgement, RETURNS, Round, SOUNDINGS,
@@ -19,6 +19,7 @@ use crate::adjust::{
     AdjustError, BlockId, Estimate, Kernel, Limits, Options, ParameterSet, Problem, QualityOptions,
     Snooped, Solution, Source, variance_components,
 };
+use crate::calibrate::cloud::SensorModel;
 use crate::calibrate::driver::{Schedule, Solved};
 use crate::calibrate::verdict::Doubted;
 use crate::matching::Patches;
@@ -56,7 +57,11 @@ impl Frame<'_> {
         stable: bool,
         judgement: Option<Judgement>,
     ) -> JointOutcome {
+        let x = &solution.estimate.parameters;
+        let extras = self.blocks.extras.iter();
+        let extras = extras.map(|id| x.euclidean(*id)[0]).collect();
         JointOutcome {
+            extras,
             mounting: self.blocks.mounting.at(&solution.estimate.parameters),
             covariance: six_covariance(&solution, self.blocks),
             solution,
@@ -214,6 +219,7 @@ impl Frame<'_> {
             mounting: blocks.mounting,
             latency: blocks.latency,
             range_scale: blocks.range_scale,
+            extras: &blocks.extras,
             latency_at_start_s: latency_s,
             trajectory: self.trajectory_errors(),
             group: SOUNDINGS,
@@ -299,15 +305,23 @@ impl Frame<'_> {
     ) -> TieSet {
         let x = &estimate.parameters;
         let value = |id: Option<BlockId>| id.map_or(0.0, |id| x.euclidean(id)[0]);
-        let mounting = self.blocks.mounting.at(x);
-        let (latency_s, scale) = (value(self.blocks.latency), value(self.blocks.range_scale));
+        let extras: Vec<f64> = (self.blocks.extras.iter().copied().map(Some))
+            .map(value)
+            .collect();
+        let model = PlacedBy {
+            sensor: SensorModel {
+                mounting: self.blocks.mounting.at(x),
+                latency_s: value(self.blocks.latency),
+                range_scale: value(self.blocks.range_scale),
+            },
+            extras: &extras,
+        };
+        let candidates = self.start.candidates;
         self.known(tie_soundings(
             self.scene,
             patches,
-            self.start.candidates,
-            &mounting,
-            latency_s,
-            scale,
+            candidates,
+            &model,
             association,
         ))
     }

@@ -9,7 +9,7 @@ use super::super::scene::Scene;
 use super::{Blocks, JointStart, SIX};
 use crate::adjust::{AdjustError, Block, BlockId, Component, ParameterSet, Unit};
 use crate::geometry::rotation;
-use crate::observe::Mounting;
+use crate::observe::{Extra, Mounting};
 
 /// Every block of the adjustment, at its start.
 pub(super) fn parameters(
@@ -38,6 +38,8 @@ pub(super) fn parameters(
         .range_scale
         .then(|| scalar(&mut x, "range_scale", Unit::One))
         .transpose()?;
+    let extras = scene.extras.iter().map(|extra| push_extra(&mut x, extra));
+    let extras = extras.collect::<Result<_, _>>()?;
     let faces = push_planes(&mut x, scene, start.planes, free)?;
     Ok((
         x,
@@ -46,6 +48,7 @@ pub(super) fn parameters(
             scanner,
             latency,
             range_scale,
+            extras,
             faces,
         },
     ))
@@ -147,6 +150,16 @@ fn push_scanner(
     Ok(MountingBlocks {
         rotation: x.push(turn)?,
         lever_arm: x.push(lever)?,
+    })
+}
+
+/// An unknown of the caller's own, which begins at zero.
+fn push_extra(x: &mut ParameterSet, extra: &Extra) -> Result<BlockId, AdjustError> {
+    let component = Component::new(extra.name.clone(), Unit::One);
+    let block = Block::euclidean(extra.name.clone(), vec![component], &[0.0]);
+    x.push(match extra.prior_sigma {
+        Some(sigma) => block.with_prior(vec![0.0], DMatrix::from_element(1, 1, sigma.powi(2))),
+        None => block,
     })
 }
 

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 use super::super::run::PoolOutcome;
+use super::super::ties::PlacedBy;
 use super::residuals::{Residuals, Sums};
-use crate::calibrate::cloud::SensorModel;
 use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
 use crate::calibrate::solution::MOUNTING_PARAMETERS;
@@ -25,7 +25,7 @@ pub fn compare(
     }
     let (from, to) = (residuals.models.joint?, residuals.models.reference?);
     let covariance = outcome.joint.as_ref()?.covariance;
-    let d = difference(&from.mounting, &to.mounting);
+    let d = difference(&from.sensor.mounting, &to.sensor.mounting);
     let (chi_square, free, p_value) = metric::chi_square(
         &DVector::from_column_slice(d.as_slice()),
         &DMatrix::from_column_slice(6, 6, covariance.as_slice()),
@@ -70,7 +70,7 @@ fn named(d: &Vector6<f64>, covariance: &Matrix6<f64>) -> Vec<Difference> {
 
 /// RMS of the used soundings' distances from their faces, metres, the same soundings for every path.
 pub fn residual_rms_m(outcome: &PoolOutcome, residuals: &Residuals) -> BTreeMap<String, f64> {
-    let of = |model: Option<SensorModel>| {
+    let of = |model: Option<PlacedBy>| {
         let mut all = Sums::default();
         let faces = residuals.sums(outcome, &model?);
         faces.iter().for_each(|face| all.merge(face));

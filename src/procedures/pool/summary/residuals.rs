@@ -7,7 +7,7 @@ use super::super::joint::JointOutcome;
 use super::super::planes;
 use super::super::run::PoolOutcome;
 use super::super::scene::Scene;
-use super::super::ties::{Association, Tie, TieSet, tie_soundings};
+use super::super::ties::{PlacedBy, Tie, TieSet, tie_soundings_first};
 use super::sample_types::PerPath;
 use crate::calibrate::cloud::SensorModel;
 use crate::geometry::plane::Plane;
@@ -21,36 +21,39 @@ const CHUNK: usize = 16_384;
 const GATE: f64 = 5.0;
 
 /// The model that a joint path found.
-fn of_joint(joint: &JointOutcome) -> SensorModel {
+fn of_joint(joint: &JointOutcome) -> PlacedBy<'_> {
     let x = &joint.solution.estimate.parameters;
     let value = |id: Option<_>| id.map_or(0.0, |id| x.euclidean(id)[0]);
-    SensorModel {
-        mounting: joint.mounting,
-        latency_s: value(joint.blocks.latency),
-        range_scale: value(joint.blocks.range_scale),
+    PlacedBy {
+        sensor: SensorModel {
+            mounting: joint.mounting,
+            latency_s: value(joint.blocks.latency),
+            range_scale: value(joint.blocks.range_scale),
+        },
+        extras: &joint.extras,
     }
 }
 
 /// Which soundings lie on which plane, and the sensor models that place them.
 #[derive(Clone, Debug)]
-pub struct Residuals {
+pub struct Residuals<'a> {
     /// The soundings: those of the joint path where it ran.
     pub ties: TieSet,
     /// Plane of every face, normal to the outside: the joint path's where it ran, else the scanner's.
     pub faces: Vec<Option<Plane>>,
     /// The models of the paths that found one.
-    pub models: PerPath<SensorModel>,
+    pub models: PerPath<PlacedBy<'a>>,
 }
 
-impl Residuals {
+impl<'a> Residuals<'a> {
     /// Of an outcome.
     #[must_use]
-    pub fn of(outcome: &PoolOutcome) -> Self {
+    pub fn of(outcome: &'a PoolOutcome) -> Self {
         let sequential = match &outcome.sequential {
-            Some(Ok(found)) => Some(SensorModel::plain(found.mounting)),
+            Some(Ok(found)) => Some(PlacedBy::mounting(found.mounting)),
             _ => None,
         };
-        let model = |joint: &Option<JointOutcome>| {
+        let model = |joint: &'a Option<JointOutcome>| {
             joint
                 .as_ref()
                 .filter(|j| is_finite(&j.mounting))
@@ -64,7 +67,7 @@ impl Residuals {
         let faces = face_planes(outcome);
         let ties = match (&outcome.joint, sequential) {
             (Some(joint), _) => joint.soundings.clone(),
-            (None, Some(model)) => tie_again(outcome, &model.mounting),
+            (None, Some(model)) => tie_again(outcome, &model.sensor.mounting),
             (None, None) => TieSet::default(),
         };
         Self {
@@ -76,14 +79,14 @@ impl Residuals {
 
     /// Signed distance of a tied sounding from its face, outwards, metres.
     #[must_use]
-    pub fn distance_m(&self, outcome: &PoolOutcome, tie: &Tie, model: &SensorModel) -> Option<f64> {
+    pub fn distance_m(&self, outcome: &PoolOutcome, tie: &Tie, model: &PlacedBy) -> Option<f64> {
         let plane = self.faces[tie.face as usize]?;
         Some(plane.distance_m(&sounding_point(&outcome.scene, tie.row as usize, model)?))
     }
 
     /// Count, sum and sum of squares of the distances on every face, metres; summed in the order of the rows.
     #[must_use]
-    pub fn sums(&self, outcome: &PoolOutcome, model: &SensorModel) -> Vec<Sums> {
+    pub fn sums(&self, outcome: &PoolOutcome, model: &PlacedBy) -> Vec<Sums> {
         let chunks: Vec<Vec<Sums>> = self
             .ties
             .ties
@@ -97,7 +100,7 @@ impl Residuals {
         all
     }
 
-    fn part(&self, outcome: &PoolOutcome, model: &SensorModel, ties: &[Tie]) -> Vec<Sums> {
+    fn part(&self, outcome: &PoolOutcome, model: &PlacedBy, ties: &[Tie]) -> Vec<Sums> {
         let mut faces = vec![Sums::default(); self.faces.len()];
         for tie in ties {
             if let Some(distance_m) = self.distance_m(outcome, tie, model) {
@@ -146,11 +149,10 @@ impl Sums {
 
 /// Sounding `row` in the target frame under a sensor model, metres; `None` where it has no position.
 #[must_use]
-pub fn sounding_point(scene: &Scene, row: usize, model: &SensorModel) -> Option<Vector3<f64>> {
-    let pose = scene.sounding_pose(row, model.latency_s)?;
-    let mut beam = scene.beam(row, &pose, &model.mounting)?;
-    beam.range_m *= 1.0 + model.range_scale;
-    Some(georeference(&pose, &model.mounting, &beam.vector_m()))
+pub fn sounding_point(scene: &Scene, row: usize, model: &PlacedBy) -> Option<Vector3<f64>> {
+    let (pose, beam) = model.beam(scene, row)?;
+    let point = georeference(&pose, &model.sensor.mounting, &beam.vector_m());
+    Some(point)
 }
 
 fn is_finite(mounting: &Mounting) -> bool {
@@ -208,13 +210,5 @@ fn tie_again(outcome: &PoolOutcome, mounting: &Mounting) -> TieSet {
         .collect();
     planes::apply(&mut patches, scene, &fitted);
     let near = scene.soundings_near(&patches, mounting, 0.5);
-    tie_soundings(
-        scene,
-        &patches,
-        &near,
-        mounting,
-        0.0,
-        0.0,
-        &Association::before(GATE),
-    )
+    tie_soundings_first(scene, &patches, &near, mounting, GATE)
 }

@@ -4,13 +4,12 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::super::run::PoolOutcome;
-use super::super::ties::{Tie, TieSet, TrajectoryVariance, sounding_variance};
+use super::super::ties::{PlacedBy, Tie, TieSet, TrajectoryVariance, sounding_variance};
 use super::residuals::{Residuals, Sums, sounding_point};
 use super::sample_types::{
     FaceSample, FaceStatistics, PerPath, ReportSamples, ReturnSample, SoundingSample,
 };
 use crate::adjust::{Process, ProcessKind, VISIBLE};
-use crate::calibrate::cloud::SensorModel;
 use crate::georef::along_normal;
 use crate::observe::Mounting;
 use crate::results::DriftSample;
@@ -119,11 +118,10 @@ fn thinned<T: Copy>(items: &[T], most: usize) -> Vec<T> {
 }
 
 fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample> {
-    let nominal = SensorModel::plain(outcome.scene.campaign.sonar);
+    let nominal = PlacedBy::mounting(outcome.scene.campaign.sonar);
     let sample = |(row, tie): &(usize, Option<Tie>)| {
-        let place = |model: Option<SensorModel>| {
-            model.and_then(|m| sounding_point(&outcome.scene, *row, &m))
-        };
+        let place =
+            |model: Option<PlacedBy>| model.and_then(|m| sounding_point(&outcome.scene, *row, &m));
         let models = &residuals.models;
         let at = each(models, |m| place(Some(*m)));
         let off = |p: &Vector3<f64>| {
@@ -134,6 +132,7 @@ fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample
             .joint
             .or(models.reference)
             .unwrap_or(nominal)
+            .sensor
             .mounting;
         let pose = outcome.scene.sounding_pose(*row, 0.0)?;
         Some(SoundingSample {

@@ -8,7 +8,11 @@ use super::super::run::{PoolInput, PoolOutcome};
 use super::super::verdict::Refusal;
 use crate::adjust::{self, BlockId, Limits, Unit};
 use crate::calibrate::solution::{Mounted, matrices, parameter};
+use crate::observe;
 use crate::results::{Iteration, Parameter, Solution, Status};
+
+/// Of a prior's sigma that a survey leaves, from which on the survey says next to nothing.
+const PRIOR_DECIDES: f64 = 0.9;
 
 /// Name of the sensor whose mounting is sought.
 pub const SENSOR: &str = "multibeam";
@@ -56,6 +60,7 @@ pub fn joint(joint: Option<&JointOutcome>, outcome: &PoolOutcome, input: &PoolIn
         };
     }
     let (status, message) = ending(joint);
+    let own = own(joint, outcome.scene.extras);
     let covariance = covariance(joint);
     let mounted = Mounted {
         name: SENSOR,
@@ -71,6 +76,12 @@ pub fn joint(joint: Option<&JointOutcome>, outcome: &PoolOutcome, input: &PoolIn
     };
     let mut parameters = mounted.parameters("");
     parameters.extend(extra(joint).into_iter().map(|e| e.parameter(joint)));
+    let names: Vec<&str> = own.iter().map(|p| p.name.as_str()).collect();
+    let details = match names.is_empty() {
+        true => serde_json::Value::Null,
+        false => json!({ "extra": names }),
+    };
+    parameters.extend(own);
     let (covariance, correlation) = matrices(&covariance);
     Solution {
         status,
@@ -82,7 +93,7 @@ pub fn joint(joint: Option<&JointOutcome>, outcome: &PoolOutcome, input: &PoolIn
         correlation,
         convergence,
         quality,
-        details: serde_json::Value::Null,
+        details,
     }
 }
 
@@ -152,6 +163,26 @@ fn extra(joint: &JointOutcome) -> Vec<Extra> {
         limit: limits.one,
     });
     latency.into_iter().chain(scale).collect()
+}
+
+/// The caller's own unknowns, in their own units.
+fn own(joint: &JointOutcome, extras: &[observe::Extra]) -> Vec<Parameter> {
+    let x = &joint.solution.estimate.parameters;
+    let one = |(extra, id): (&observe::Extra, &BlockId)| {
+        let (value, column) = (x.euclidean(*id)[0], x.offset(*id));
+        let sigma = joint.solution.cofactor[(column, column)].sqrt();
+        let note = match extra.prior_sigma {
+            Some(prior) if sigma > PRIOR_DECIDES * prior => "its prior decides",
+            _ => "",
+        };
+        Parameter {
+            unit: extra.unit.clone(),
+            positive: "what is added to the measurement by one unit of its derivative".to_owned(),
+            note: note.to_owned(),
+            ..parameter(&extra.name, Unit::One, value, Some(sigma))
+        }
+    };
+    extras.iter().zip(&joint.blocks.extras).map(one).collect()
 }
 
 impl Extra {

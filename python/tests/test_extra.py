@@ -1,0 +1,75 @@
+"""Unknowns of your own: found, named in the result, refused in one sentence."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+import boresight as bs
+
+PUT_IN_M = 0.02
+
+
+def since(survey: bs.Survey) -> np.ndarray:
+    """From -1 at the first sounding to 1 at the last."""
+    t = survey.soundings.time_s
+    return 2.0 * (t - t[0]) / (t[-1] - t[0]) - 1.0
+
+
+def spoilt(pool: bs.Survey) -> bs.Survey:
+    """The survey with ranges that shorten from pass to pass."""
+    from test_arrays import same
+
+    s = pool.soundings
+    assert s.range_m is not None
+    ranges = s.range_m - PUT_IN_M * since(pool)
+    soundings = bs.Soundings(s.time_s, s.across_rad, s.along_rad, range_m=ranges, ping=s.ping, beam=s.beam, noise=s.noise)
+    return same(pool, soundings=soundings)
+
+
+def test_what_is_put_in_is_found(pool: bs.Survey) -> None:
+    survey = spoilt(pool)
+    clock = bs.Extra("slow clock", since(survey), unit="m", acts_on="range")
+    assert not bs.calibrate(survey, method="joint").usable
+    result = bs.calibrate(survey, extra=[clock])
+    assert result.usable
+    found = result.extra["slow clock"]
+    assert found.unit == "m" and found.value is not None and found.sigma is not None
+    assert abs(found.value - PUT_IN_M) < 4.0 * found.sigma < 0.02
+    assert pickle.loads(pickle.dumps(result)).extra == result.extra
+    assert "slow clock" in result._repr_html_()
+    # the residuals are those of the same model: without the unknown they drift by centimetres
+    off = bs.residuals(survey, method="joint", extra=[clock])
+    used = off.face >= 0
+    corner = np.corrcoef(off.residual_m[used], since(survey)[used])[0, 1]
+    assert used.sum() > 1000 and abs(corner) < 0.1, corner
+
+
+def test_a_prior_of_its_own_holds_it(pool: bs.Survey) -> None:
+    survey = spoilt(pool)
+    clock = bs.Extra("slow clock", since(survey), acts_on="range", prior_sigma=1e-6)
+    found = bs.calibrate(survey, method="joint", extra=[clock])
+    assert not found.usable
+
+
+def test_without_there_is_none(result: bs.Result) -> None:
+    assert dict(result.extra) == {}
+
+
+def test_one_that_cannot_be_used_is_refused(pool: bs.Survey) -> None:
+    with pytest.raises(bs.InputError, match='Extra: acts_on: found \'sideways\', expected "up", "range"'):
+        bs.Extra("squat", [1.0], acts_on="sideways")  # type: ignore[arg-type]
+    with pytest.raises(bs.InputError, match="Extra: derivative: found inf in row 0"):
+        bs.Extra("squat", [np.inf, 1.0])
+    with pytest.raises(bs.InputError, match="extra: whole argument: found a float"):
+        bs.calibrate(pool, extra=[1.0])  # type: ignore[list-item]
+    with pytest.raises(bs.BoresightError, match=f"extra squat: found 2 rows, expected {len(pool.soundings)} rows"):
+        bs.calibrate(pool, extra=[bs.Extra("squat", [1.0, np.nan])])
+
+
+def test_a_procedure_without_soundings_takes_none() -> None:
+    survey = bs.simulate(bs.demo("usbl")).survey
+    with pytest.raises(bs.BoresightError, match="extra"):
+        bs.calibrate(survey, extra=[bs.Extra("squat", [1.0])])
