@@ -12,7 +12,11 @@ use std::path::Path;
 
 use boresight::formats::Invalid;
 use boresight::formats::las::PointColumns;
-use boresight::formats::{las, laser_csv, sbet, soundings_csv, trajectory_csv};
+use boresight::formats::recorder::{BeamSample, OwnPoint, Ping, Sector, Solution};
+use boresight::formats::{
+    kmall, kongsberg_all, las, laser_csv, sbet, soundings_csv, trajectory_csv,
+};
+use boresight::recorders::observed::Observed;
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 
@@ -155,4 +159,66 @@ fn laser_from_las(bencher: Bencher<'_, '_>, compressed: bool) {
         las::read_from(file, Cursor::new(bytes.to_vec()), size, Invalid::Error)
             .map_or(0, |r| r.len())
     });
+}
+
+/// Pings of 250 beams in three sectors, as many as make [`ROWS`].
+fn pings() -> impl Iterator<Item = Ping> {
+    const BEAMS: usize = 250;
+    let sector = |tilt_rad: f64| Sector {
+        tilt_rad,
+        ..Sector::default()
+    };
+    (0..ROWS / BEAMS).map(move |ping| Ping {
+        time_s: 345_600.0 + 0.1 * ping as f64,
+        number: ping as u32,
+        head: 1,
+        head_speed_m_s: 1485.0,
+        sectors: [-0.01, 0.0, 0.01].map(sector).to_vec(),
+        beams: (0..BEAMS)
+            .map(|beam| BeamSample {
+                number: beam as u32,
+                sector: (beam * 3 / BEAMS) as u16,
+                angle_rad: (beam as f64 / BEAMS as f64 - 0.5) * 2.0,
+                two_way_s: 0.04 + 0.01 * spread(ping * BEAMS + beam),
+                valid: true,
+            })
+            .collect(),
+    })
+}
+
+/// Times the decoding of a recorder's file into the columns that a survey keeps.
+fn recorder(bencher: Bencher<'_, '_>, extension: &str, bytes: &[u8]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join(format!("bench.{extension}"));
+    std::fs::write(&file, bytes).expect("written");
+    measure(bencher, bytes, |_, _| {
+        let mut observed = Observed::default();
+        let read = observed.read(&file);
+        read.map_or(0, |()| observed.soundings.time_s.len())
+    });
+}
+
+#[divan::bench]
+fn pings_from_all(bencher: Bencher<'_, '_>) {
+    let mut writer = kongsberg_all::write::Writer::new(vec![], 2040, 1);
+    for ping in pings() {
+        writer.ping(&ping).expect("written");
+    }
+    recorder(bencher, "all", &writer.into_inner());
+}
+
+#[divan::bench]
+fn pings_from_kmall(bencher: Bencher<'_, '_>) {
+    let mut writer = kmall::write::Writer::new(vec![], 2040);
+    for ping in pings() {
+        let own = Solution {
+            time_s: ping.time_s,
+            number: ping.number,
+            head: ping.head,
+            points: vec![OwnPoint::default(); ping.beams.len()],
+            ..Solution::default()
+        };
+        writer.ping(&ping, &own).expect("written");
+    }
+    recorder(bencher, "kmall", &writer.into_inner());
 }

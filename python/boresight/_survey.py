@@ -523,6 +523,12 @@ class Residuals:
     """Place of the face in ``faces``; -1 for an observation that the adjustment did not use."""
     residual_m: npt.NDArray[np.float64]
     """Distance from the adjusted face, positive outwards, metres; NaN for one that was not used."""
+    sigma_m: npt.NDArray[np.float64]
+    """Standard deviation of the observation along the face's normal as it is stated, metres; without a joint path NaN, as the next two."""
+    redundancy: npt.NDArray[np.float64]
+    """From 0 (nothing controls it) to 1 (it controls nothing)."""
+    normalised: npt.NDArray[np.float64]
+    """Residual of the adjustment over its own standard deviation, positive outwards; the trajectory's estimated errors are applied."""
     faces: tuple[str, ...]
     """Names of the target's faces."""
 
@@ -548,7 +554,8 @@ def residuals(
         raise InputError.of([Fault("residuals", "sensor", repr(sensor), '"soundings" or "laser"')])
     given = _extras(extra)
     found = survey._handle.residuals(method, seed=seed, extra=given, threads=threads, progress=told(progress))
-    return Residuals(found[f"{sensor}.face"], found[f"{sensor}.residual_m"], tuple(found["faces"]))
+    columns = ("face", "residual_m", "sigma_m", "redundancy", "normalised")
+    return Residuals(*(found[f"{sensor}.{name}"] for name in columns), faces=tuple(found["faces"]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ use boresight::adjust::{
 };
 use boresight::nalgebra::{DMatrix, DVector};
 use boresight::watch::Watch;
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use boresight::adjust::Figures;
 use boresight::calibrate::choices::Method;
 use boresight::calibrate::cloud::SensorModel;
 use boresight::nalgebra::{Matrix3, Vector3};
@@ -10,10 +11,11 @@ use boresight::observe::{
     Acts, Extra, GeodeticTrajectory, LaserCoordinates, LaserNoise, LaserScan, Mounting, Outside,
     SonarNoise, SoundSpeed, SoundSpeedProfile, SoundingRange, Soundings, TrajectoryNoise,
 };
+use boresight::procedures::pool::influence::observations;
 use boresight::procedures::pool::procedure::input;
 use boresight::procedures::pool::summary::residuals::{Residuals, sounding_point};
 use boresight::procedures::pool::survey::{Arrays, LoadedSurvey, load, parse_target};
-use boresight::procedures::pool::ties::{Tie, TieSet};
+use boresight::procedures::pool::ties::{PlacedBy, Tie, TieSet};
 use boresight::procedures::pool::{PoolInput, Scene, calibrate};
 use boresight::procedures::{of_file, scenario, scenario_text};
 use boresight::watch::Watch;
@@ -217,7 +219,10 @@ impl Survey {
                 return Err(Failure::Refused(text.to_owned()));
             };
             let nominal = SensorModel::plain(survey.campaign.sonar);
-            let model = model.map_or(nominal, |m| sensor_model(&m));
+            let model = PlacedBy {
+                sensor: model.map_or(nominal, |m| sensor_model(&m)),
+                extras: &[],
+            };
             let scene = Scene::prepare(&survey.campaign, &survey.target, &survey.pose)
                 .map_err(InputError::unworkable)?;
             let place = |k: usize| -> [f64; 3] {
@@ -239,8 +244,8 @@ impl Survey {
         rows(py, flat)
     }
 
-    /// Calibrates a pool survey and says of every sounding and return on which face it lies (-1: on none) and how far from it, outwards,
-    /// metres (NaN: nowhere); and the names of the faces.
+    /// Calibrates a pool survey and says of every sounding and return on which face it lies (-1: on none), how far from it, outwards,
+    /// metres (NaN: nowhere), and how well it is controlled; and the names of the faces.
     #[pyo3(signature = (method, seed=None, extra=vec![], threads=None, progress=None))]
     fn residuals<'py>(
         &self,
@@ -263,10 +268,8 @@ impl Survey {
         })?;
         let all = PyDict::new(py);
         all.set_item("faces", names)?;
-        all.set_item("soundings.face", PyArray1::from_vec(py, soundings.0))?;
-        all.set_item("soundings.residual_m", PyArray1::from_vec(py, soundings.1))?;
-        all.set_item("laser.face", PyArray1::from_vec(py, returns.0))?;
-        all.set_item("laser.residual_m", PyArray1::from_vec(py, returns.1))?;
+        soundings.put(py, "soundings", &all)?;
+        returns.put(py, "laser", &all)?;
         Ok(all)
     }
 
@@ -309,8 +312,26 @@ impl Survey {
     }
 }
 
-/// Face and distance of every observation of one sensor.
-type OnFaces = (Vec<i16>, Vec<f64>);
+/// Every observation of one sensor, by column; NaN where it was not used.
+struct OnFaces {
+    face: Vec<i16>,
+    residual_m: Vec<f64>,
+    sigma_m: Vec<f64>,
+    redundancy: Vec<f64>,
+    normalised: Vec<f64>,
+}
+
+impl OnFaces {
+    fn put(self, py: Python<'_>, sensor: &str, all: &Bound<'_, PyDict>) -> PyResult<()> {
+        all.set_item(format!("{sensor}.face"), PyArray1::from_vec(py, self.face))?;
+        let put =
+            |name, values| all.set_item(format!("{sensor}.{name}"), PyArray1::from_vec(py, values));
+        put("residual_m", self.residual_m)?;
+        put("sigma_m", self.sigma_m)?;
+        put("redundancy", self.redundancy)?;
+        put("normalised", self.normalised)
+    }
+}
 
 /// Names of the faces; soundings and returns on them under the solution that decides.
 fn on_faces(
@@ -330,21 +351,48 @@ fn on_faces(
         let plane = residuals.faces[usize::from(tie.face)]?;
         Some(plane.distance_m(&outcome.scene.laser_point(tie.row as usize)?.0))
     };
-    let soundings = tied(survey.counts.soundings, &residuals.ties, &of_sounding);
-    let joint = outcome.joint.as_ref().map(|joint| &joint.returns);
-    let returns = joint.unwrap_or(&outcome.returns);
-    let returns = tied(survey.counts.laser, returns, &of_return);
+    let joint = outcome.joint.as_ref();
+    caller.step("judging every observation");
+    let figures = joint.map(|joint| observations(&outcome.scene, joint, input.joint));
+    let figures = figures.transpose();
+    let mut figures = figures.map_err(InputError::unworkable)?.unwrap_or_default();
+    figures.resize(2, vec![]);
+    let soundings = (&residuals.ties, &figures[0][..]);
+    let soundings = tied(survey, survey.counts.soundings, soundings, &of_sounding);
+    let returns = joint.map_or(&outcome.returns, |joint| &joint.returns);
+    let returns = (returns, &figures[1][..]);
+    let returns = tied(survey, survey.counts.laser, returns, &of_return);
     let names = survey.target.faces.iter().map(|face| face.name.clone());
     Ok((names.collect(), soundings, returns))
 }
 
-fn tied(rows: usize, ties: &TieSet, distance_m: &dyn Fn(&Tie) -> Option<f64>) -> OnFaces {
-    let (mut face, mut residual_m) = (vec![-1; rows], vec![f64::NAN; rows]);
-    for tie in &ties.ties {
-        face[tie.row as usize] = i16::try_from(tie.face).unwrap_or(i16::MAX);
-        residual_m[tie.row as usize] = distance_m(tie).unwrap_or(f64::NAN);
+/// Figures are there where the joint path ran, one a tie; their signs become those of distances outwards.
+fn tied(
+    survey: &LoadedSurvey,
+    rows: usize,
+    (ties, figures): (&TieSet, &[Figures]),
+    distance_m: &dyn Fn(&Tie) -> Option<f64>,
+) -> OnFaces {
+    let nothing = || vec![f64::NAN; rows];
+    let mut all = OnFaces {
+        face: vec![-1; rows],
+        residual_m: nothing(),
+        sigma_m: nothing(),
+        redundancy: nothing(),
+        normalised: nothing(),
+    };
+    for (k, tie) in ties.ties.iter().enumerate() {
+        let row = tie.row as usize;
+        all.face[row] = i16::try_from(tie.face).unwrap_or(i16::MAX);
+        all.residual_m[row] = distance_m(tie).unwrap_or(f64::NAN);
+        if let Some(one) = figures.get(k) {
+            all.sigma_m[row] = one.sigma;
+            all.redundancy[row] = one.redundancy;
+            let outwards = survey.target.faces[usize::from(tie.face)].facing.signum();
+            all.normalised[row] = outwards * one.normalised;
+        }
     }
-    (face, residual_m)
+    all
 }
 
 /// Points by column.

@@ -275,3 +275,23 @@ def test_georeferencing_needs_memory_for_its_output_alone(pool: bs.Survey) -> No
     found = bs.georeference(survey)
     # the output, and what the scene keeps for the trajectory: a tenth
     assert peak() - before < 1.1 * found.nbytes + 60e6, (peak() - before, found.nbytes)
+
+
+def test_figures_of_every_observation(pool: bs.Survey, result: bs.Result) -> None:
+    """Redundancy numbers sum to the redundancy, normalised residuals scatter by one, and the joint path's own are the same."""
+    beams, laser = (bs.residuals(pool, sensor=sensor, method="joint") for sensor in ("soundings", "laser"))  # type: ignore[arg-type]
+    used = beams.face >= 0
+    assert np.isnan(beams.redundancy[~used]).all() and np.isfinite(beams.redundancy[used]).all()
+    assert result.joint is not None
+    groups = {g["name"]: g for g in result.joint.quality["groups"]}
+    for one, name in ((beams, "soundings"), (laser, "returns")):
+        figures = groups[name]
+        assert np.nansum(one.redundancy) == pytest.approx(figures["redundancy"], rel=1e-3)
+        # normal but for the kernel's tails: the mean square of n of them scatters by sqrt(2 / n)
+        count = int((one.face >= 0).sum())
+        assert abs(np.nanmean(one.normalised**2) - 1.0) < 6.0 * np.sqrt(2.0 / count) + 0.02
+    # the sign is that of the distance, where the trajectory's errors are not
+    agree = np.sign(beams.normalised[used]) == np.sign(beams.residual_m[used])
+    assert agree.mean() > 0.8
+    alone = bs.residuals(pool, method="reference")
+    assert np.isnan(alone.redundancy).all() and (alone.face >= 0).sum() > 1000

@@ -52,6 +52,6 @@ pub use quality::{
     ConditionTest, GlobalTest, Quality, QualityOptions, assess, condition_test, correlation,
 };
 pub use refine::{Snooped, VarianceComponent, VarianceComponents, snoop, variance_components};
-pub use reliability::{ConditionQuality, Effect, GroupQuality};
+pub use reliability::{ConditionQuality, Effect, Figures, GroupQuality, figures};
 pub use score::{Score, ScoreColumns, ScoreOptions, Scores, Solved, Suspect, score_tests};
 pub use solve::{Solution, solve};

@@ -254,8 +254,8 @@ mod tests {
         let chained = assess(&toy.problem(), &chained, &all(toy.len())).unwrap();
         let dense = DenseToy(&toy);
         let problem = Problem::dense(vec![Source::new(&dense)]);
-        let whole = solve(&problem, Estimate::new(dense.parameters()), &tight()).unwrap();
-        let whole = assess(&problem, &whole, &all(dense.len())).unwrap();
+        let whole_solution = solve(&problem, Estimate::new(dense.parameters()), &tight()).unwrap();
+        let whole = assess(&problem, &whole_solution, &all(dense.len())).unwrap();
         let sum: f64 = whole.groups.iter().map(|group| group.redundancy).sum();
         assert_relative_eq!(sum, whole.global.degrees_of_freedom, max_relative = 1e-9);
         assert_relative_eq!(
@@ -267,6 +267,18 @@ mod tests {
             chained.global.degrees_of_freedom,
             whole.global.degrees_of_freedom
         );
+        let table = figures(&problem, &whole_solution).unwrap();
+        for (one, listed) in table[0].iter().zip(by_condition(&whole)) {
+            assert_eq!(
+                (one.residual, one.sigma, one.redundancy, one.normalised),
+                (
+                    listed.residual,
+                    listed.sigma,
+                    listed.redundancy,
+                    listed.normalised
+                )
+            );
+        }
         for (a, b) in by_condition(&chained).iter().zip(by_condition(&whole)) {
             assert_eq!(a.condition, b.condition);
             assert_abs_diff_eq!(a.redundancy, b.redundancy, epsilon = 1e-9);

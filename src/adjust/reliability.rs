@@ -45,10 +45,41 @@ pub struct ConditionQuality {
 }
 
 impl ConditionQuality {
+    fn figures(&self) -> Figures {
+        Figures {
+            residual: self.residual,
+            sigma: self.sigma,
+            redundancy: self.redundancy,
+            normalised: self.normalised,
+        }
+    }
+
     /// Smallest bias of the condition that a test with non-centrality `delta0` finds, in its own unit.
     pub fn detectable_bias(&self, delta0: f64) -> f64 {
         delta0 * self.sigma / self.redundancy.sqrt()
     }
+}
+
+/// How well one condition is controlled, for a table of all of them; NaN of one that took no part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Figures {
+    /// Residual of the condition, in its own unit.
+    pub residual: f64,
+    /// Standard deviation of its observations, in its own unit.
+    pub sigma: f64,
+    /// Redundancy number, 0 (uncontrolled) to 1 (no influence on the result).
+    pub redundancy: f64,
+    /// Residual over its own standard deviation; zero where it is uncontrolled.
+    pub normalised: f64,
+}
+
+impl Figures {
+    const NONE: Self = Self {
+        residual: f64::NAN,
+        sigma: f64::NAN,
+        redundancy: f64::NAN,
+        normalised: f64::NAN,
+    };
 }
 
 /// Sums over an observation group.
@@ -96,6 +127,8 @@ pub(super) struct Survey {
     pub worst: Vec<ConditionQuality>,
     /// Of the columns sought.
     pub effects: Vec<Effect>,
+    /// Set, condition and figures of every condition, where all are asked for.
+    all: Vec<(usize, usize, Figures)>,
     /// Normalised residual, without sign, below which nothing is ranked any more.
     floor: f64,
 }
@@ -107,6 +140,7 @@ impl Survey {
             cells: vec![],
             worst: vec![],
             effects: vec![Effect::default(); sought],
+            all: vec![],
             floor: 0.0,
         }
     }
@@ -158,6 +192,7 @@ impl Survey {
         merge_groups(&mut self.groups, &other.groups);
         merge_groups(&mut self.cells, &other.cells);
         self.worst.extend(other.worst);
+        self.all.extend(other.all);
         self.cut(keep);
         for (mine, theirs) in self.effects.iter_mut().zip(other.effects) {
             if theirs.size > mine.size {
@@ -209,7 +244,30 @@ pub(super) fn survey(
     solution: &Solution,
     keep: usize,
 ) -> Result<Survey, AdjustError> {
+    surveyed(problem, solution, keep, false)
+}
+
+/// Residual, sigma, redundancy and normalised residual of every condition, set by set: one more pass over the conditions.
+///
+/// # Errors
+/// What a pass can find wrong with the conditions.
+pub fn figures(problem: &Problem, solution: &Solution) -> Result<Vec<Vec<Figures>>, AdjustError> {
+    let lengths = problem.sources.iter().map(|s| s.conditions.len());
+    let mut sets: Vec<Vec<Figures>> = lengths.map(|n| vec![Figures::NONE; n]).collect();
+    for (set, condition, one) in surveyed(problem, solution, 0, true)?.all {
+        sets[set][condition] = one;
+    }
+    Ok(sets)
+}
+
+fn surveyed(
+    problem: &Problem,
+    solution: &Solution,
+    keep: usize,
+    all: bool,
+) -> Result<Survey, AdjustError> {
     let judge = Judge {
+        all,
         pass: Pass {
             problem,
             at: &solution.estimate,
@@ -254,6 +312,7 @@ struct Judge<'a> {
     sought: Vec<usize>,
     kernel: Kernel,
     keep: usize,
+    all: bool,
 }
 
 impl Judge<'_> {
@@ -297,6 +356,9 @@ impl Judge<'_> {
             let conditions = self.pass.problem.sources[set].conditions;
             let cell = conditions.cell(one.condition);
             sum.count(&one, cell, &effects, self.kernel);
+            if self.all {
+                sum.all.push((set, one.condition, one.figures()));
+            }
             sum.rank(one, &effects, self.keep);
         })?;
         sum.cut(self.keep);

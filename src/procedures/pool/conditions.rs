@@ -508,10 +508,9 @@ impl Conditions for SoundingConditions<'_> {
     }
 
     fn interval(&self, k: usize) -> Option<u32> {
-        let time_s = self.scene.campaign.soundings.time_s[self.ties[k].row as usize]
-            - self.latency_at_start_s;
-        let record = self.scene.trajectory.record_before(time_s).ok()?;
-        self.trajectory.interval(record as u32)
+        let row = self.ties[k].row as usize;
+        let record = self.scene.sounding_record(row, self.latency_at_start_s)?;
+        self.trajectory.interval(record)
     }
 
     fn linearise(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) {
@@ -672,12 +671,8 @@ impl Conditions for ReturnConditions<'_> {
         if !self.scene.laser_uses_trajectory() {
             return None;
         }
-        let record = self
-            .scene
-            .trajectory
-            .record_before(self.scene.campaign.laser.time_s[self.ties[k].row as usize])
-            .ok()?;
-        self.trajectory.interval(record as u32)
+        let record = self.scene.return_record(self.ties[k].row as usize)?;
+        self.trajectory.interval(record)
     }
 
     fn linearise(&self, k: usize, x: &ParameterSet, chain: Option<&ChainState>, row: &mut Row) {

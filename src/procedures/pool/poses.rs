@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use crate::observe::{Campaign, PoseSample, Trajectory};
 
-/// Up to so many returns and so many soundings their poses are kept (some 120 bytes for a return); of more each is interpolated anew, since
-/// memory must not grow with what can be computed.
+/// Up to so many returns, and so many moments of soundings, poses are kept (some 120 bytes each, and four for a sounding, whose moment is
+/// that of its ping); of more each is interpolated anew, since memory must not grow with what can be computed.
 const KEPT: usize = 300_000;
 /// Rows per parallel task.
 const CHUNK: usize = 16_384;
@@ -33,8 +33,7 @@ impl Poses {
         if laser_uses_trajectory && times_s.len() <= KEPT {
             kept.returns = interpolated(trajectory, times_s);
         }
-        if campaign.soundings.len() <= KEPT {
-            let (distinct_s, moment_of) = distinct(&campaign.soundings.time_s);
+        if let Some((distinct_s, moment_of)) = distinct(&campaign.soundings.time_s, KEPT) {
             kept.moments = interpolated(trajectory, &distinct_s);
             kept.moment_of = moment_of;
         }
@@ -60,9 +59,13 @@ fn interpolated(trajectory: &Trajectory, times_s: &[f64]) -> Vec<Option<PoseSamp
     times_s.par_iter().with_min_len(CHUNK).map(of).collect()
 }
 
-/// Runs of equal times, and the run of each.
-fn distinct(times_s: &[f64]) -> (Vec<f64>, Vec<u32>) {
-    let mut runs: Vec<f64> = vec![];
+/// Runs of equal times, and the run of each; nothing where there are more than `most`.
+fn distinct(times_s: &[f64], most: usize) -> Option<(Vec<f64>, Vec<u32>)> {
+    let runs = times_s.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    if runs >= most {
+        return None;
+    }
+    let mut runs: Vec<f64> = Vec::with_capacity(runs + 1);
     let of = times_s
         .iter()
         .map(|time_s| {
@@ -72,7 +75,7 @@ fn distinct(times_s: &[f64]) -> (Vec<f64>, Vec<u32>) {
             runs.len() as u32 - 1
         })
         .collect();
-    (runs, of)
+    Some((runs, of))
 }
 
 #[cfg(test)]
@@ -81,7 +84,9 @@ mod tests {
 
     #[test]
     fn soundings_of_one_moment_share_a_pose() {
-        let (runs, of) = distinct(&[1.0, 1.0, 2.0, 1.0]);
+        let times_s = [1.0, 1.0, 2.0, 1.0];
+        let (runs, of) = distinct(&times_s, 3).expect("three runs");
         assert_eq!((runs, of), (vec![1.0, 2.0, 1.0], vec![0, 0, 1, 2]));
+        assert_eq!(distinct(&times_s, 2), None);
     }
 }

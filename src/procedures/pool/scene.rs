@@ -214,6 +214,31 @@ impl<'a> Scene<'a> {
         kept.unwrap_or_else(|| self.trajectory.pose_at(moment()).ok())
     }
 
+    /// Record of the trajectory before the time of sounding `k`, less the latency; `None` outside the trajectory.
+    #[must_use]
+    pub fn sounding_record(&self, k: usize, latency_s: f64) -> Option<u32> {
+        let kept = self.poses.of_sounding(k).filter(|_| latency_s == 0.0);
+        kept.map_or_else(
+            || self.record_before(self.campaign.soundings.time_s[k] - latency_s),
+            |pose| Some(pose?.record),
+        )
+    }
+
+    /// Record of the trajectory before the time of return `j`; `None` outside the trajectory.
+    #[must_use]
+    pub fn return_record(&self, j: usize) -> Option<u32> {
+        let kept = self.poses.of_return(j);
+        kept.map_or_else(
+            || self.record_before(self.campaign.laser.time_s[j]),
+            |pose| Some(pose?.record),
+        )
+    }
+
+    fn record_before(&self, time_s: f64) -> Option<u32> {
+        let record = self.trajectory.record_before(time_s).ok()?;
+        Some(record as u32)
+    }
+
     /// Time of return `j`, seconds; zero where returns came without one.
     #[must_use]
     pub fn return_time_s(&self, j: usize) -> f64 {

@@ -12,7 +12,7 @@ mod reference;
 mod rigorous;
 
 pub use reference::{SequentialInfluence, sequential};
-pub use rigorous::{JointInfluence, cofactor, joint};
+pub use rigorous::{JointInfluence, cofactor, joint, observations};
 
 use nalgebra::{Matrix6x3, Vector6};
 

@@ -4,12 +4,13 @@ use nalgebra::{DMatrix, Matrix6, Matrix6x3};
 
 use super::super::conditions::{ReturnConditions, SoundingConditions, TrajectoryErrors};
 use super::super::config::{Drift, JointConfig, Planes};
-use super::super::joint::{Epochs, JointOutcome, RETURNS, SOUNDINGS};
+use super::super::joint::{Epochs, JointOutcome, RETURNS, SOUNDINGS, options};
 use super::super::scene::Scene;
 use super::super::ties::{Tie, TrajectoryVariance};
 use super::{Pull, Pulls};
 use crate::adjust::{
-    AdjustError, Estimate, Options, ParameterSet, Problem, Source, influence, solve,
+    AdjustError, Estimate, Figures, Options, ParameterSet, Problem, Source, figures, influence,
+    solve,
 };
 
 /// The joint path, linearised.
@@ -73,6 +74,22 @@ fn with_problem<T>(
     };
     problem.components = parts.map(|part| 1.0 / part).to_vec();
     Ok(then(&problem))
+}
+
+/// Residual, sigma, redundancy and normalised residual of every tied sounding and return, in the order of the ties; of returns only where
+/// the planes were unknowns. The adjustment is run again on the ties that it ended with.
+///
+/// # Errors
+/// [`AdjustError`] from the engine.
+pub fn observations(
+    scene: &Scene,
+    outcome: &JointOutcome,
+    config: &JointConfig,
+) -> Result<Vec<Vec<Figures>>, AdjustError> {
+    let start = Estimate::new(outcome.solution.estimate.parameters.clone());
+    with_problem(scene, outcome, config, [1.0, 1.0], |problem| {
+        figures(problem, &solve(problem, start, &options(config))?)
+    })?
 }
 
 /// Linearises the joint path at its outcome under least squares, with a part of every condition's weight (soundings, returns).
