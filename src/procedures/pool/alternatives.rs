@@ -6,15 +6,12 @@ use nalgebra::Vector3;
 
 use super::config::JointConfig;
 use super::joint::{self, JointStart, Surfaces};
-use super::planes;
-use super::run::{CANDIDATE_M, PoolInput, Scanned};
+use super::run::{CANDIDATE_M, PoolInput, Scanned, Sounded};
 use super::scene::Scene;
-use super::ties;
 use super::verdict::Refusal;
 use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::{Alternative, Tried};
 use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
-use crate::matching::{Patches, Water};
 use crate::math;
 use crate::observe::{Campaign, LaserScan, SoundingRange, Soundings};
 use crate::results::Finding;
@@ -109,28 +106,17 @@ fn adjusted(survey: &Survey, input: &PoolInput, watch: &dyn Watch) -> Tried {
         })
         .count();
     let rough = scene.rough_mounting();
-    let water = input.campaign.water_level_m;
-    let mut sonar = Patches::new(
-        input.target,
-        Water::Below,
-        water,
-        &scene.origins(&rough.mounting),
-    );
-    planes::apply(&mut sonar, &scene, &scanned.fitted);
+    let sounded = Sounded::by(&scene, &input, &rough.mounting, &scanned.fitted);
     let mut surfaces = Surfaces {
         laser: scanned.laser,
-        sonar,
+        sonar: sounded.sonar,
     };
-    let candidates = scene.soundings_near(&surfaces.sonar, &rough.mounting, CANDIDATE_M);
-    let gate = input.joint.gate_sigma;
-    let soundings =
-        ties::tie_soundings_first(&scene, &surfaces.sonar, &candidates, &rough.mounting, gate);
     let start = JointStart {
         mounting: rough.mounting,
         planes: &scanned.planes,
         returns: &scanned.returns,
-        candidates: &candidates,
-        soundings: &soundings,
+        candidates: &sounded.candidates,
+        soundings: &sounded.ties,
     };
     let config = JointConfig {
         variance_components: false,
@@ -147,7 +133,7 @@ fn adjusted(survey: &Survey, input: &PoolInput, watch: &dyn Watch) -> Tried {
         }
     };
     Tried {
-        share: part(found.soundings.ties.len(), candidates.len())
+        share: part(found.soundings.ties.len(), sounded.candidates.len())
             .min(part(found.returns.ties.len(), near)),
         variance_factor: found.variance_factor(),
         oversize: false,

@@ -213,6 +213,37 @@ pub fn calibrate_with_true_ties<'a>(
     calibrate_scene(input, scene, further, &Unwatched)
 }
 
+/// What the soundings say of the target under the rough mounting.
+pub(super) struct Sounded {
+    /// The faces below the water, on the planes that the scanner found.
+    pub(super) sonar: Patches,
+    /// Soundings that may lie on the target.
+    pub(super) candidates: Vec<u32>,
+    /// Their ties.
+    pub(super) ties: TieSet,
+}
+
+impl Sounded {
+    pub(super) fn by(
+        scene: &Scene,
+        input: &PoolInput,
+        mounting: &Mounting,
+        fitted: &[Option<Plane>],
+    ) -> Self {
+        let (origins, level_m) = (scene.origins(mounting), input.campaign.water_level_m);
+        let mut sonar = Patches::new(input.target, Water::Below, level_m, &origins);
+        planes::apply(&mut sonar, scene, fitted);
+        let candidates = scene.soundings_near(&sonar, mounting, CANDIDATE_M);
+        let gate = input.joint.gate_sigma;
+        let ties = ties::tie_soundings_first(scene, &sonar, &candidates, mounting, gate);
+        Self {
+            sonar,
+            candidates,
+            ties,
+        }
+    }
+}
+
 fn calibrate_scene<'a>(
     input: &PoolInput<'a>,
     scene: Scene<'a>,
@@ -245,57 +276,55 @@ fn calibrate_scene<'a>(
     progress.begin("finding the target in the soundings")?;
     let rough = outcome.scene.rough_mounting();
     outcome.rough = Some(rough);
-    outcome.refusal = Refusal::of_soundings(&rough);
-    if outcome.refusal.is_some() {
+    let refusal = Refusal::of_soundings(&rough).or_else(|| {
+        let heights_m = outcome.scene.sounding_heights_m(&rough.mounting);
+        Refusal::of_water(&outcome.scene, "soundings", &heights_m, 1.0)
+    });
+    if refusal.is_some() {
+        outcome.refusal = refusal;
         return Ok(outcome);
     }
-    let origins = outcome.scene.origins(&rough.mounting);
-    let mut sonar = Patches::new(
-        input.target,
-        Water::Below,
-        input.campaign.water_level_m,
-        &origins,
-    );
-    planes::apply(&mut sonar, &outcome.scene, &fitted);
-    let mut surfaces = Surfaces { laser, sonar };
-    let candidates = outcome
-        .scene
-        .soundings_near(&surfaces.sonar, &rough.mounting, CANDIDATE_M);
-    let heights_m = outcome.scene.sounding_heights_m(&rough.mounting);
-    outcome.refusal = Refusal::of_water(&outcome.scene, "soundings", &heights_m, 1.0);
-    if outcome.refusal.is_some() {
-        return Ok(outcome);
-    }
-    let ties = ties::tie_soundings_first(
-        &outcome.scene,
-        &surfaces.sonar,
-        &candidates,
-        &rough.mounting,
-        input.joint.gate_sigma,
-    );
+    let sounded = Sounded::by(&outcome.scene, input, &rough.mounting, &fitted);
+    paths(input, &mut outcome, (laser, sounded), further, progress)?;
+    let refusal = outcome.refusal.take();
+    outcome.refusal = refusal.or_else(|| Refusal::of_solution(&outcome, input));
+    Ok(outcome)
+}
+
+/// The paths that are asked for, on the same ties.
+fn paths(
+    input: &PoolInput,
+    outcome: &mut PoolOutcome,
+    (laser, sounded): (Patches, Sounded),
+    further: &[SequentialConfig],
+    progress: &dyn Watch,
+) -> Result<(), PoolError> {
+    let Sounded {
+        sonar,
+        candidates,
+        ties,
+    } = sounded;
     if input.method != Method::Joint {
         progress.begin("reference path: angles, then offsets")?;
-        let held = held(&outcome, &ties);
-        outcome.sequential = Some(run_sequential(&outcome, &held, input.sequential));
-        let again = further.iter().map(|c| run_sequential(&outcome, &held, c));
+        let held = held(outcome, &ties);
+        outcome.sequential = Some(run_sequential(outcome, &held, input.sequential));
+        let again = further.iter().map(|c| run_sequential(outcome, &held, c));
         outcome.further = again.collect();
     }
-    if input.method != Method::Reference {
-        let start = JointStart {
-            mounting: rough.mounting,
-            planes: &outcome.planes,
-            returns: &outcome.returns,
-            candidates: &candidates,
-            soundings: &ties,
-        };
-        let found = run_joint(input, &outcome.scene, &start, &mut surfaces, progress)?;
-        (outcome.joint, outcome.simple, outcome.refusal) = found;
-    }
-    outcome.refusal = outcome
-        .refusal
-        .take()
-        .or_else(|| Refusal::of_solution(&outcome, input));
-    Ok(outcome)
+    let Some(rough) = outcome.rough.filter(|_| input.method != Method::Reference) else {
+        return Ok(());
+    };
+    let start = JointStart {
+        mounting: rough.mounting,
+        planes: &outcome.planes,
+        returns: &outcome.returns,
+        candidates: &candidates,
+        soundings: &ties,
+    };
+    let mut surfaces = Surfaces { laser, sonar };
+    let found = run_joint(input, &outcome.scene, &start, &mut surfaces, progress)?;
+    (outcome.joint, outcome.simple, outcome.refusal) = found;
+    Ok(())
 }
 
 /// Where a survey ended without a usable result, the discrete mistake that would explain it takes the place of the reason.
