@@ -8,6 +8,7 @@
 """
 
 from . import adjust
+from ._apply import Applied, apply
 from ._budget import Budget, Plan, budget, plan
 from ._campaign import Campaign
 from ._core import VERSION as __version__
@@ -48,6 +49,7 @@ from ._trials import Cell, Trials, read_trials
 
 __all__ = [
     "AdjustmentError",
+    "Applied",
     "BoresightError",
     "Budget",
     "Campaign",
@@ -84,6 +86,7 @@ __all__ = [
     "Utm",
     "__version__",
     "adjust",
+    "apply",
     "bar",
     "budget",
     "calibrate",

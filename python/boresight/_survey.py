@@ -60,6 +60,7 @@ class Survey:
 
     _handle: _core.Survey
     _truth: str | None
+    _file: str | None
 
     def __init__(
         self,
@@ -90,12 +91,12 @@ class Survey:
             made = _core.Survey.from_arrays(json.dumps(keys), json.dumps(dict(target.keys)), columns)
         except InputError as error:
             raise _of_arguments(error) from None
-        self._handle, self._truth = made, None
+        self._handle, self._truth, self._file = made, None, None
 
     @classmethod
-    def _of(cls, core: _core.Survey, truth: str | None = None) -> Survey:
+    def _of(cls, core: _core.Survey, truth: str | None = None, file: str | None = None) -> Survey:
         made = cls.__new__(cls)
-        made._handle, made._truth = core, truth
+        made._handle, made._truth, made._file = core, truth, file
         return made
 
     @property
@@ -341,7 +342,7 @@ def read_survey(path: Path, *, progress: ProgressCallback | None = None) -> Surv
 
     :exc:`InputError` with everything that is wrong with all of them; nothing is repaired.
     """
-    return Survey._of(_core.Survey.read(fspath(path), progress=told(progress)))
+    return Survey._of(_core.Survey.read(fspath(path), progress=told(progress)), file=os.path.abspath(fspath(path)))
 
 
 @dataclass(frozen=True)
