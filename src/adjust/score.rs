@@ -56,6 +56,17 @@ pub struct Suspect {
     pub name: String,
     /// Its columns.
     pub components: Vec<Component>,
+    /// Values that mistakes of a known size would give it (a sign reversed: twice the stated value).
+    pub jumps: Vec<Vec<f64>>,
+}
+
+/// What becomes of the fit if a suspect has a value that is known beforehand.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Jump {
+    /// By how much the weighted squares become smaller; negative where they become larger.
+    pub gain: f64,
+    /// What it would change every parameter column by.
+    pub effect: Vec<f64>,
 }
 
 /// What a score test says of one suspect.
@@ -75,6 +86,8 @@ pub struct Score {
     pub sigma: Vec<f64>,
     /// What estimating it too would change every parameter column by.
     pub effect: Vec<f64>,
+    /// What its known values come to, in the order given.
+    pub jumps: Vec<Jump>,
 }
 
 impl Score {
@@ -239,6 +252,8 @@ struct Court {
     width: usize,
     /// Places of each suspect's columns.
     suspects: Vec<Vec<usize>>,
+    /// Known values of each.
+    jumps: Vec<Vec<Vec<f64>>>,
     misfit: (f64, f64),
 }
 
@@ -259,6 +274,8 @@ impl Court {
         let free = parameters.free_columns();
         let split = free.partition_point(|column| *column < first);
         let mut place = split;
+        let jumps = suspects.iter().map(|suspect| suspect.jumps.clone());
+        let jumps = jumps.collect();
         let suspects = suspects.iter().map(|suspect| {
             place += suspect.components.len();
             (place - suspect.components.len()..place).collect()
@@ -273,6 +290,7 @@ impl Court {
             columns: free[..split].to_vec(),
             width: first,
             suspects: suspects.collect(),
+            jumps,
             misfit: options.misfit,
         }
     }
@@ -336,6 +354,9 @@ impl Court {
         let known = DVector::from_fn(admitted.len(), |i, _| self.gradient[admitted[i]]);
         let own = DVector::from_fn(places.len(), |i, _| self.gradient[places[i]]);
         let score = own - carried.transpose() * known;
+        let jumps = self.jumps[suspect].iter();
+        let jumps = jumps.map(|value| self.jump(value, places, (&score, &information, &carried)));
+        let jumps = jumps.collect();
         let axes = SymmetricEigen::new(information);
         let along = axes.eigenvectors.transpose() * score;
         let (mut total, mut degrees) = (0.0, 0);
@@ -364,7 +385,23 @@ impl Court {
             estimate: self.unscaled(places, &step),
             sigma: self.unscaled(places, &variance.map(f64::sqrt)),
             effect: self.effect(&change),
+            jumps,
         })
+    }
+
+    /// The weighted squares change by `2 g . x + x . I x`, the parameters by what the suspect carries.
+    fn jump(
+        &self,
+        value: &[f64],
+        places: &[usize],
+        (score, information, carried): (&DVector<f64>, &DMatrix<f64>, &DMatrix<f64>),
+    ) -> Jump {
+        let scaled = DVector::from_fn(places.len(), |i, _| value[i] * self.scale[places[i]]);
+        let curved = information * &scaled;
+        Jump {
+            gain: -(2.0 * score.dot(&scaled) + scaled.dot(&curved)),
+            effect: self.effect(&-(carried * &scaled)),
+        }
     }
 
     /// Variance factor of what the suspect does not explain, where the stated noise is too small.
@@ -416,6 +453,7 @@ mod tests {
         let one = |name: &str| Suspect {
             name: name.to_owned(),
             components: vec![Component::new(name, Unit::Metre)],
+            jumps: vec![vec![0.5]],
         };
         vec![one("slope"), one("copy"), one("wave")]
     }
@@ -547,5 +585,15 @@ mod tests {
             let sigma = without.cofactor[(i, i)].sqrt();
             assert!(near(score.effect[i], after - before, sigma), "{score:?}");
         }
+        // a jump to the estimate itself would gain the whole statistic; what it falls short of or overshoots costs the same
+        let jump = &score.jumps[0];
+        let missed = (estimate - 0.5) / sigma;
+        let gained = (estimate / sigma).powi(2) - missed * missed;
+        assert!(
+            (jump.gain - gained).abs() < 1e-6 * missed.powi(2),
+            "{jump:?}, {gained}"
+        );
+        let part = 0.5 / score.estimate[0];
+        assert!((jump.effect[0] - part * score.effect[0]).abs() < 1e-9 * jump.effect[0].abs());
     }
 }

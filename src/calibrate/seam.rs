@@ -23,7 +23,7 @@ use super::planning::{PlanAsk, Planner};
 use super::tried::Tried;
 use crate::formats::FormatError;
 use crate::observe::Extra;
-use crate::results::{Calibration, InputFile, Page, Provenance, Software};
+use crate::results::{Calibration, Finding, InputFile, Page, Provenance, Software};
 use crate::survey::schema::Key;
 use crate::survey::{ScenarioError, SurveyError};
 use crate::watch::{Stopped, Watch};
@@ -243,6 +243,12 @@ pub struct Checked {
     pub json: Value,
     /// Whether the geometry determines everything that is sought.
     pub determined: bool,
+}
+
+/// A mistake that a check suspects, as a line of its text.
+#[must_use]
+pub fn looks_like(mistake: &Finding) -> String {
+    format!("It looks like a mistake: {}.", mistake.in_words())
 }
 
 /// What a simulated survey holds.

@@ -112,6 +112,15 @@ impl Finding {
         }
     }
 
+    /// What was seen and what to try, in one sentence.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        match self.advice.as_str() {
+            "" => self.seen.clone(),
+            advice => format!("{}; {advice}", self.seen),
+        }
+    }
+
     /// Largest effect on a parameter, in its sigmas; zero where none is stated.
     #[must_use]
     pub fn largest_effect(&self) -> f64 {
@@ -184,10 +193,7 @@ impl Verdict {
     #[must_use]
     pub fn reason(&self) -> Option<String> {
         let first = self.findings.first()?;
-        (!self.state.is_usable()).then(|| match first.advice.as_str() {
-            "" => first.seen.clone(),
-            advice => format!("{}; {advice}", first.seen),
-        })
+        (!self.state.is_usable()).then(|| first.in_words())
     }
 }
 

@@ -30,6 +30,8 @@ mod hostile;
 mod joint_derivatives;
 mod layers;
 mod laz;
+#[cfg(feature = "cli")]
+mod mistakes_named;
 mod nist;
 mod patent_signs;
 #[cfg(feature = "cli")]

@@ -1,6 +1,7 @@
 //! Wrong inputs must not pass as a result, and right ones must: each mistake is made to a simulated survey in memory.
 
 use boresight::geometry::ellipsoid::TargetPose;
+use boresight::geometry::rotation::{from_attitude, to_attitude};
 use boresight::observe::{Campaign, SoundingRange};
 use boresight::procedures::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
 use boresight::results::{Verdict, VerdictState};
@@ -135,11 +136,47 @@ fn assert_named(verdict: &Verdict, codes: &[&str]) {
     assert!(codes.contains(&first.code.as_str()), "{first:#?}");
 }
 
+/// A right survey has nothing against it but what it cannot tell: a sign of the scanner's stated mounting. Without angles there is none.
 #[test]
 fn right_surveys_are_usable() {
     for text in [ONE, THREE] {
         let found = verdict(text, |_| {});
+        assert!(found.state.is_usable(), "{found:#?}");
+        let mut codes = found.findings.iter().map(|f| f.code.as_str());
+        assert!(
+            codes.all(|code| code.starts_with("sign_of_scanner")),
+            "{found:#?}"
+        );
+        let level = text.replace(
+            "mounting_deg = { roll = -0.4, pitch = 0.1, heading = -0.2 }",
+            LEVEL,
+        );
+        let level = level.replace(
+            "mounting_deg = { roll = 0.3, pitch = -0.2, heading = -0.5 }",
+            LEVEL,
+        );
+        let found = verdict(&level, |_| {});
         assert_eq!(found.state, VerdictState::Usable, "{found:#?}");
+    }
+}
+
+const LEVEL: &str = "mounting_deg = { roll = 0.0, pitch = 0.0, heading = 0.0 }";
+
+/// A scanner's angle entered with the wrong sign: named where the passes decide it, else a finding with what it would move.
+#[test]
+fn a_sign_of_the_scanner_s_mounting_is_named_or_said_to_be_undecided() {
+    for sign in 0..3 {
+        let found = verdict(THREE, |campaign| {
+            let mut angles: [f64; 3] = to_attitude(&campaign.scanner.rotation).into();
+            angles[sign] = -angles[sign];
+            let [roll, pitch, heading] = angles;
+            campaign.scanner.rotation = from_attitude(roll, pitch, heading);
+        });
+        let said = found.findings.iter().any(|f| {
+            let of_scanner = f.code.starts_with("sign_of_scanner") || f.code == "scanner_mounting";
+            of_scanner || f.code == "heading_offset"
+        });
+        assert!(said, "{sign}: {found:#?}");
     }
 }
 

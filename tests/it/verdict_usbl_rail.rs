@@ -133,6 +133,22 @@ fn an_ins_in_radians_is_not_snooped_away() {
     assert_eq!(first(&radians), "ins_in_radians");
 }
 
+/// The seat of the beam and both mountings take up a wrong sign of the INS' roll altogether: the survey says that it cannot tell. One of
+/// its pitch, about which the table turns, does not pass.
+#[test]
+fn a_sign_of_the_ins_that_the_table_does_not_decide_is_said() {
+    let undecided = |verdict: &Verdict| {
+        let mut found = verdict.findings.iter();
+        found.find(|f| f.code == "sign_of_ins_roll").cloned()
+    };
+    let rolled = rail(|c| c.attitude.roll_rad.iter_mut().for_each(|a| *a = -*a));
+    let found = undecided(&rolled).unwrap_or_else(|| panic!("{rolled:#?}"));
+    assert!(found.largest_effect() > 2.0, "{found:#?}");
+    assert!(undecided(&rail(|_| {})).is_some(), "nor on a right survey");
+    let pitched = rail(|c| c.attitude.pitch_rad.iter_mut().for_each(|a| *a = -*a));
+    assert_eq!(first(&pitched), "sign_of_ins_pitch");
+}
+
 /// By its own fixes, not as noise of all.
 #[test]
 fn a_beacon_three_decimetres_off_is_named() {

@@ -37,6 +37,12 @@ pub const CODES: &[&str] = &[
     "beacon",
     "beacon_position",
     "transducer_position",
+    "sign_of_scanner_roll",
+    "sign_of_scanner_pitch",
+    "sign_of_scanner_heading",
+    "sign_of_ins_roll",
+    "sign_of_ins_pitch",
+    "sign_of_ins_heading",
 ];
 
 const VARIANCE: Limits = limits(ABOVE, 1e6, "a factor above 0 and up to 1000000");

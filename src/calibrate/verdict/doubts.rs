@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use super::Alternative;
+use super::alternatives::{Otherwise, preferred};
 use crate::adjust::{
-    AdjustError, Component, Problem, Score, ScoreColumns, ScoreOptions, Scores, Solution, Suspect,
-    Unit, score_tests,
+    AdjustError, Component, Jump, Problem, Score, ScoreColumns, ScoreOptions, Scores, Solution,
+    Suspect, Unit, score_tests,
 };
 use crate::results::{Bound, Finding, Severity};
 use crate::units::with_sigma;
@@ -29,6 +31,10 @@ pub struct Doubt {
     pub advice: String,
     /// Estimates up to this size say nothing: noise of the column itself makes them ([`Self::beyond`]).
     pub least: f64,
+    /// Chi-square up to which a significant estimate withdraws nothing ([`Self::withdrawing_beyond`]).
+    pub certain: f64,
+    /// Mistakes that would give its components values known beforehand, such as a sign reversed.
+    pub mistakes: Vec<(Alternative, Vec<f64>)>,
 }
 
 impl Doubt {
@@ -47,7 +53,21 @@ impl Doubt {
             components,
             advice: advice.to_owned(),
             least: 0.0,
+            certain: 0.0,
+            mistakes: vec![],
         }
+    }
+
+    /// The same, a finding only up to this chi-square: ties of gross errors, walkers and buoys make its tail longer than chance.
+    #[must_use]
+    pub fn withdrawing_beyond(self, certain: f64) -> Self {
+        Self { certain, ..self }
+    }
+
+    /// The same with mistakes of a known size.
+    #[must_use]
+    pub fn or(self, mistakes: Vec<(Alternative, Vec<f64>)>) -> Self {
+        Self { mistakes, ..self }
     }
 
     /// The same, heard only where an estimate is beyond this size.
@@ -104,6 +124,7 @@ pub fn test(
         .map(|doubt| Suspect {
             name: doubt.what.clone(),
             components: doubt.components.clone(),
+            jumps: doubt.mistakes.iter().map(|m| m.1.clone()).collect(),
         })
         .collect();
     let options = ScoreOptions {
@@ -116,7 +137,7 @@ pub fn test(
 }
 
 fn worded(scores: &Scores, doubts: &[Doubt], solution: &Solution, sought: &Sought) -> Doubted {
-    let effect = |score: &Score| effect_in_sigmas(score, solution, sought);
+    let effect = |score: &Score| effect_in_sigmas(&score.effect, solution, sought);
     let finding =
         |score: &Score| guilty(score, &doubts[score.suspect], effect(score), doubts.len());
     let bound = |score: &Score| Bound {
@@ -131,28 +152,44 @@ fn worded(scores: &Scores, doubts: &[Doubt], solution: &Solution, sought: &Sough
             .values()
             .fold(0.0, |most, e| most.max(e.abs())),
     };
+    let guilty = scores.guilty.iter();
+    let heard = guilty.filter(|score| doubts[score.suspect].hears(score));
+    let otherwise = mistaken(scores, doubts, |e| effect_in_sigmas(e, solution, sought));
     Doubted {
-        findings: scores
-            .guilty
-            .iter()
-            .filter(|score| doubts[score.suspect].hears(score))
-            .map(finding)
-            .collect(),
+        findings: heard.map(finding).chain(preferred(otherwise)).collect(),
         bounds: scores.alone.iter().map(bound).collect(),
     }
 }
 
-fn effect_in_sigmas(score: &Score, solution: &Solution, sought: &Sought) -> BTreeMap<String, f64> {
+/// The mistakes of a known size that these doubts have, each with what it would come to.
+fn mistaken(
+    scores: &Scores,
+    doubts: &[Doubt],
+    effect: impl Fn(&[f64]) -> BTreeMap<String, f64>,
+) -> Vec<Otherwise> {
+    let each = scores.alone.iter().flat_map(|score| {
+        let mistakes = doubts[score.suspect].mistakes.iter();
+        mistakes.zip(&score.jumps)
+    });
+    let one = |((alternative, _), jump): (&(Alternative, Vec<f64>), &Jump)| Otherwise {
+        alternative: alternative.clone(),
+        gain: jump.gain,
+        moved: effect(&jump.effect),
+    };
+    each.map(one).collect()
+}
+
+fn effect_in_sigmas(effect: &[f64], solution: &Solution, sought: &Sought) -> BTreeMap<String, f64> {
     let one = |(name, column): &(String, usize)| {
         let sigma = solution.cofactor[(*column, *column)].sqrt();
-        (sigma > 0.0).then(|| (name.clone(), score.effect[*column] / sigma))
+        (sigma > 0.0).then(|| (name.clone(), effect[*column] / sigma))
     };
     sought.iter().filter_map(one).collect()
 }
 
 fn guilty(score: &Score, doubt: &Doubt, effect: BTreeMap<String, f64>, tests: usize) -> Finding {
     let matters = effect.values().any(|sigmas| sigmas.abs() > MATTERS_SIGMAS);
-    let severity = if matters {
+    let severity = if matters && score.statistic > doubt.certain {
         Severity::Withdraws
     } else {
         Severity::Finding
@@ -224,6 +261,7 @@ mod tests {
             estimate: vec![0.0193],
             sigma: vec![0.0006],
             effect: vec![],
+            jumps: vec![],
         };
         assert_eq!(figures(&score, &doubt), "19.30 ± 0.60 ms");
         let effect = BTreeMap::from([("yaw".to_owned(), -4.0)]);
@@ -239,5 +277,9 @@ mod tests {
             guilty(&score, &doubt, small, 12).severity,
             Severity::Finding
         );
+        let effect = BTreeMap::from([("yaw".to_owned(), -4.0)]);
+        let cautious = doubt.withdrawing_beyond(1031.0);
+        let finding = guilty(&score, &cautious, effect, 12);
+        assert_eq!(finding.severity, Severity::Finding);
     }
 }

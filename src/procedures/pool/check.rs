@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::preview::{PassSpan, Predicted, Preview};
 use super::survey::LoadedSurvey;
-use crate::calibrate::seam::Checked;
+use crate::calibrate::seam::{Checked, looks_like};
 use crate::ruled::Ruled;
 use crate::survey::clock::Span;
 
@@ -24,7 +24,7 @@ pub(super) fn checked(survey: &LoadedSurvey, preview: &Preview) -> Checked {
             notes(&survey.notes)
         ),
         json: as_json(survey, preview),
-        determined: preview.refusal.is_none() && !undetermined,
+        determined: preview.refusal.is_none() && preview.mistake.is_none() && !undetermined,
     }
 }
 
@@ -124,8 +124,11 @@ fn geometry(preview: &Preview) -> String {
     }
     if let Some(refusal) = &preview.refusal {
         let _ = writeln!(text, "A calibration would be refused: {refusal}.");
-    } else if preview.advice.is_empty() {
+    } else if preview.advice.is_empty() && preview.mistake.is_none() {
         text.push_str("Every parameter has the geometry it needs; nothing to advise.\n");
+    }
+    if let Some(mistake) = &preview.mistake {
+        let _ = writeln!(text, "{}", looks_like(mistake));
     }
     for sentence in &preview.advice {
         let _ = writeln!(text, "Advice: {sentence}.");
@@ -192,6 +195,7 @@ fn as_json(survey: &LoadedSurvey, preview: &Preview) -> Value {
         "passes": passes.collect::<Vec<_>>(),
         "expected_standard_deviation": preview.predicted.as_ref().filter(|p| p.undetermined.is_empty()).map(|p| p.sigmas),
         "undetermined": preview.predicted.as_ref().map(|p| &p.undetermined),
+        "mistake": preview.mistake,
         "refused": preview.refusal.as_ref().map(ToString::to_string),
         "advice": preview.advice,
         "notes": survey.notes,

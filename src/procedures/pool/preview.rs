@@ -3,6 +3,7 @@
 use nalgebra::Matrix6;
 use serde::Serialize;
 
+use super::alternatives;
 use super::config::JointConfig;
 use super::coverage::Coverage;
 use super::joint::{self, JointStart, SIX};
@@ -13,10 +14,14 @@ use super::ties::{self, TieSet};
 use super::verdict::{Refusal, undetermined_by};
 use crate::matching::{Patches, Water};
 use crate::observe::Campaign;
+use crate::results::Finding;
 use crate::target::{Role, Target};
+use crate::watch::Watch;
 
 /// Distances whose quotient is below this count as one distance.
 const ONE_DISTANCE: f64 = 1.3;
+/// Share of the soundings near the target that lie on its faces at the rough mounting; with less, mistakes are tried.
+const FITS: f64 = 0.7;
 /// Fewest observations on a kind of face that count as seen.
 const SEEN: usize = 50;
 
@@ -49,6 +54,8 @@ pub struct Preview {
     pub passes: Vec<PassSpan>,
     /// What stops a calibration already.
     pub refusal: Option<Refusal>,
+    /// The mistake without which far more would fit, where little does.
+    pub mistake: Option<Finding>,
     /// Standard deviations to expect; `None` when a calibration would be refused before it is solved.
     pub predicted: Option<Predicted>,
     /// Sentences of advice.
@@ -122,7 +129,7 @@ const ROLES: [(Role, &str); 5] = [
 ///
 /// # Errors
 /// [`PoolError`] when the input cannot be worked with at all.
-pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
+pub fn preview(input: &PoolInput, progress: &dyn Watch) -> Result<Preview, PoolError> {
     let (campaign, target) = (input.campaign, input.target);
     let scene = Scene::prepare(campaign, target, input.prior)?;
     let Scanned {
@@ -136,6 +143,7 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
     let mut soundings = TieSet::default();
     let mut passes = vec![];
     let mut predicted = None;
+    let mut fits = 1.0;
     if refusal.is_none() {
         let rough = scene.rough_mounting();
         refusal = Refusal::of_soundings(&rough);
@@ -154,6 +162,7 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
             &rough.mounting,
             input.joint.gate_sigma,
         );
+        fits = soundings.ties.len() as f64 / near.len().max(1) as f64;
         let start = JointStart {
             mounting: rough.mounting,
             planes: &found,
@@ -186,10 +195,15 @@ pub fn preview(input: &PoolInput) -> Result<Preview, PoolError> {
     } else {
         advice(&seen, &passes, predicted.as_ref(), campaign, input.joint)
     };
+    let suspicious = refusal.is_some() || fits < FITS;
+    let mistake = suspicious
+        .then(|| alternatives::named(input, progress))
+        .flatten();
     Ok(Preview {
         seen,
         passes,
         refusal,
+        mistake,
         predicted,
         advice,
     })

@@ -135,7 +135,7 @@ impl Loaded for LoadedSurvey {
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
         progress.begin("looking at the geometry")?;
-        let preview = preview(&input(self, settings)).map_err(InputError::unworkable)?;
+        let preview = preview(&input(self, settings), progress).map_err(InputError::unworkable)?;
         Ok(checked(self, &preview))
     }
 

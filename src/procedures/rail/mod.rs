@@ -2,6 +2,7 @@
 //!
 //! | module | what |
 //! |---|---|
+//! | [`alternatives`] | signs, units, order: discrete mistakes |
 //! | [`config`] | the `[reference]` and `[joint]` sections |
 //! | [`scene`] | points and attitudes sorted by the table's positions |
 //! | [`icp`] | coarse fit of a profile to the standard profile |
@@ -16,6 +17,7 @@
 //! | [`summary`] | the outcome as plain data |
 //! | [`trial`] | simulate and calibrate one seed, for Monte Carlo and budgets |
 
+pub mod alternatives;
 pub mod conditions;
 pub mod config;
 pub mod doubts;

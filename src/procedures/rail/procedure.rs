@@ -15,7 +15,7 @@ use super::{
 use crate::calibrate::choices::Method;
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
-    Simulated, Uses, make_folder, provenance, read_truth,
+    Simulated, Uses, looks_like, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
 use crate::results::InputFile;
@@ -99,11 +99,11 @@ impl Loaded for LoadedRail {
     fn check(&self, _: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
         progress.begin("looking at the geometry")?;
         let scene = RailScene::new(&self.campaign, &self.rail);
-        let preview = verdict::preview(&scene, &self.file.joint, &self.file.reference);
+        let preview = verdict::preview(&scene, &input(self, Method::Joint));
         Ok(Checked {
             text: in_words(self, &scene, &preview),
             json: as_json(self, &scene, &preview),
-            determined: preview.words.is_empty(),
+            determined: preview.words.is_empty() && preview.mistake.is_none(),
         })
     }
 }
@@ -194,6 +194,9 @@ fn in_words(survey: &LoadedRail, scene: &RailScene, preview: &verdict::Preview) 
     for words in &preview.words {
         let _ = writeln!(text, "{words}");
     }
+    if let Some(mistake) = &preview.mistake {
+        let _ = writeln!(text, "{}", looks_like(mistake));
+    }
     text
 }
 
@@ -207,6 +210,7 @@ fn as_json(survey: &LoadedRail, scene: &RailScene, preview: &verdict::Preview) -
         "turned_deg": [heading.to_degrees(), pitch.to_degrees()],
         "expected_sigma": preview.expected,
         "undetermined": preview.words,
+        "mistake": preview.mistake,
     })
 }
 

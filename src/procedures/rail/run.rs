@@ -2,16 +2,18 @@
 
 use rayon::prelude::*;
 
+use super::alternatives;
 use super::config::{RailJointConfig, RailReferenceConfig};
 use super::icp::Cloud;
 use super::joint::{RailJoint, joint};
-use super::judge;
 use super::reference::{RailReference, ReferenceError, cloud, coarse, reference};
 use super::scene::RailScene;
 use super::verdict::{self, RailRefusal};
 use crate::adjust::AdjustError;
 use crate::calibrate::choices::Method;
+use crate::calibrate::verdict::accepted;
 use crate::observe::{Mounting, Profiler, RailCampaign};
+use crate::results::{Finding, Severity};
 use crate::target::RailProfile;
 
 /// What a rail calibration gets.
@@ -68,6 +70,20 @@ fn start_from(
     profilers.map(one).collect()
 }
 
+/// The discrete mistake that explains a misfit or is preferred to a fit; one that the survey cannot tell joins the findings.
+fn mistaken(input: &RailInput, joint: &mut RailJoint, refused: bool) -> Option<Finding> {
+    if refused || alternatives::is_thin(joint) {
+        return alternatives::named(input, joint);
+    }
+    let found = alternatives::preferred(input, joint);
+    let found = accepted(found, &input.joint.verdict);
+    let (clear, undecided): (Vec<_>, Vec<_>) = found
+        .into_iter()
+        .partition(|f| f.severity == Severity::Refuses);
+    joint.doubted.findings.extend(undecided);
+    clear.into_iter().next()
+}
+
 /// Calibrates by the paths asked for. Never fails: a path without a result says why.
 #[must_use]
 pub fn calibrate<'a>(input: &RailInput<'a>) -> RailOutcome<'a> {
@@ -86,7 +102,7 @@ pub fn calibrate<'a>(input: &RailInput<'a>) -> RailOutcome<'a> {
             .collect();
         each.into_iter().collect()
     });
-    let by_joint = (input.method != Method::Reference).then(|| {
+    let mut by_joint = (input.method != Method::Reference).then(|| {
         let start = start_from(&scene, input.reference, points.as_ref());
         joint(&scene, input.joint, &start)
     });
@@ -97,8 +113,8 @@ pub fn calibrate<'a>(input: &RailInput<'a>) -> RailOutcome<'a> {
         }),
         _ => None,
     };
-    let mistake = match &by_joint {
-        Some(Ok(joint)) if refused.is_some() || judge::is_thin(joint) => judge::named(input, joint),
+    let mistake = match &mut by_joint {
+        Some(Ok(joint)) => mistaken(input, joint, refused.is_some()),
         _ => None,
     };
     let refusal = mistake

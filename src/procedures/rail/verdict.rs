@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use super::config::{RailJointConfig, RailReferenceConfig};
+use super::alternatives;
+use super::config::RailJointConfig;
 use super::joint::RailJoint;
 use super::model::{SOUGHT, SOUGHT_NAMES};
-use super::run::RailOutcome;
+use super::run::{RailInput, RailOutcome};
 use super::scene::RailScene;
 use crate::adjust::{AdjustError, Status};
 use crate::calibrate::driver::ABSURD_VARIANCE_FACTOR;
@@ -177,15 +178,14 @@ pub struct Preview {
     pub expected: Vec<Option<f64>>,
     /// What cannot be determined; empty when everything can.
     pub words: Vec<String>,
+    /// The mistake without which far more would fit, where little does.
+    pub mistake: Option<Finding>,
 }
 
 /// Looks at a survey without solving it.
 #[must_use]
-pub fn preview(
-    scene: &RailScene,
-    config: &RailJointConfig,
-    reference: &RailReferenceConfig,
-) -> Preview {
+pub fn preview(scene: &RailScene, input: &RailInput) -> Preview {
+    let (config, reference) = (input.joint, input.reference);
     let profilers = scene.campaign.profilers.len();
     let first = RailJointConfig {
         max_rounds: 1,
@@ -223,7 +223,10 @@ pub fn preview(
         Err(error) => Some(RailRefusal::NotSolved { how: error.clone() }),
     };
     words.extend(refusal.iter().map(ToString::to_string));
+    let first = joint.as_ref().ok();
+    let mistake = first.and_then(|joint| alternatives::suspected(input, scene, joint));
     Preview {
+        mistake,
         near: (0..profilers).map(near).collect(),
         expected: (0..SOUGHT * profilers).map(sigma).collect(),
         words,

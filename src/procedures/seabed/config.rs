@@ -1,5 +1,6 @@
 //! Settings of the seabed calibration.
 
+use crate::calibrate::verdict::VerdictConfig;
 use crate::survey::limits::{ABOVE, Limits, limits};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
@@ -46,6 +47,8 @@ pub struct JointSettings {
     pub seabed: SeabedConfig,
     /// Soundings further out than this are not used, degrees.
     pub max_angle_deg: f64,
+    /// `[verdict]`.
+    pub verdict: VerdictConfig,
     /// Seed of the draws; that of the calibration.
     pub seed: u64,
 }

@@ -201,7 +201,7 @@ const REDRAW: usize = 3;
 /// time before make its noise too large.
 const FIELD_AGAIN: [usize; 2] = [REDRAW, REDRAW + 2];
 /// A scatter of the tiles' scores so many times the model's sigma is no chance: with 20 tiles the ratio is known to a sixth.
-const SCATTER: f64 = 1.3;
+pub(super) const SCATTER: f64 = 1.3;
 /// A step below this, in sigmas, is the end.
 const SMALL_STEP: f64 = 0.03;
 

@@ -9,9 +9,11 @@
 //! | [`shared`] | what soundings of one ping have in common |
 //! | [`surface`], `views` | lines against each other in small cells; what the report draws of them |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
+//! | `alternatives` | signs, order, units: discrete mistakes |
 //! | [`simulate`](mod@simulate) | surveys of a known seabed |
 //! | [`reference`](mod@reference) | the classical patch test; features matched between lines, and the paper's overall adjustment of them |
 
+mod alternatives;
 pub mod apply;
 mod cones;
 pub mod config;

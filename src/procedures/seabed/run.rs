@@ -1,14 +1,16 @@
 //! Both paths of a seabed calibration on one survey.
 
+use super::alternatives;
 use super::config::JointSettings;
 use super::joint::{Joint, JointError, Overlap, joint, joint_watched, overlap};
 use super::layout::Layout;
 use super::reference::{Reference, ReferenceConfig, ReferenceError, features, patch_test};
 use super::scene::Scene;
 use super::states::States;
-use super::verdict::{Judgement, judge};
+use super::verdict::{Judgement, Reason, judge};
 use crate::calibrate::choices::Method;
-use crate::watch::{Stopped, Watch};
+use crate::results::Finding;
+use crate::watch::{Stopped, Unwatched, Watch};
 
 /// A survey and how it is to be calibrated.
 pub struct SeabedInput<'a> {
@@ -28,6 +30,8 @@ pub struct SeabedOutcome {
     pub reference: Option<Result<Reference, ReferenceError>>,
     /// The joint path with its judgement, where it ran.
     pub joint: Option<Result<(Joint, Judgement), JointError>>,
+    /// The discrete mistake that explains why the joint path does not fit.
+    pub mistake: Option<Finding>,
     /// How the lines lie and meet; nothing where they do not.
     pub layout: Layout,
     /// Which soundings passed the screen and the tests of their residuals; empty where the lines do not meet.
@@ -56,7 +60,7 @@ fn by_reference(
 pub fn calibrate(input: &SeabedInput<'_>) -> SeabedOutcome {
     let scene = input.scene;
     let found = (input.method != Method::Reference).then(|| joint(scene, input.joint));
-    with_joint(input, found)
+    with_joint(input, found, &Unwatched)
 }
 
 /// As [`calibrate`], watched.
@@ -70,13 +74,32 @@ pub fn calibrate_watched(
     let joint = || joint_watched(input.scene, input.joint, watch);
     let found = (input.method != Method::Reference).then(joint);
     watch.go_on()?;
-    let outcome = with_joint(input, found);
+    let outcome = with_joint(input, found, watch);
     watch.go_on()?;
     Ok(outcome)
 }
 
+/// The mistake without which a survey fits that the joint path could not solve, or whose model does not fit.
+fn explained(
+    input: &SeabedInput<'_>,
+    joint: Option<&Result<(Joint, Judgement), JointError>>,
+    watch: &dyn Watch,
+) -> Option<Finding> {
+    let wrong = match joint? {
+        Ok((_, judged)) => !judged.usable() && judged.reasons.iter().any(Reason::is_of_the_model),
+        Err(error) => !matches!(error, JointError::Stopped(_) | JointError::Profile),
+    };
+    wrong
+        .then(|| alternatives::named(input.scene, input.joint, watch))
+        .flatten()
+}
+
 /// The reference path and the judgement beside the joint path.
-fn with_joint(input: &SeabedInput<'_>, found: Option<Result<Joint, JointError>>) -> SeabedOutcome {
+fn with_joint(
+    input: &SeabedInput<'_>,
+    found: Option<Result<Joint, JointError>>,
+    watch: &dyn Watch,
+) -> SeabedOutcome {
     let scene = input.scene;
     let met = match &found {
         Some(Ok(found)) => Ok(Overlap {
@@ -89,13 +112,15 @@ fn with_joint(input: &SeabedInput<'_>, found: Option<Result<Joint, JointError>>)
     let layout = Layout::new(scene, met.as_ref().map_or(&[], |met| &met.tiles));
     let by_reference = (input.method != Method::Joint)
         .then(|| by_reference(input, &met.as_ref().map_err(Clone::clone)?.alive, &layout));
+    let joint = found.map(|found| {
+        let found = found?;
+        let judged = judge(&found, &layout, input.joint);
+        Ok((found, judged))
+    });
     SeabedOutcome {
         reference: by_reference,
-        joint: found.map(|found| {
-            let found = found?;
-            let judged = judge(&found, &layout, &input.joint.seabed);
-            Ok((found, judged))
-        }),
+        mistake: explained(input, joint.as_ref(), watch),
+        joint,
         layout,
         alive: met.map_or_else(|_| vec![], |met| met.alive),
     }

@@ -90,16 +90,6 @@ fn finding(reason: &Reason, usable: bool) -> Finding {
     )
 }
 
-fn scatter(words: &str) -> Finding {
-    Finding::new(
-        "scatter",
-        Severity::Finding,
-        words.to_owned(),
-        "1.3 times",
-        "look for an error that the model does not have: a tide within a line, a heave channel that is wrong by more than a scale or a lag",
-    )
-}
-
 fn no_solution(error: &dyn std::error::Error) -> Verdict {
     let advice = "sail a line back on the same track and one beside it";
     Verdict::not_determined(vec![Finding::new(
@@ -111,13 +101,21 @@ fn no_solution(error: &dyn std::error::Error) -> Verdict {
     )])
 }
 
+/// The verdict; a mistake that explains a misfit comes first.
 fn verdict(outcome: &SeabedOutcome, reference: Option<&Solution>) -> Verdict {
+    let verdict = of_paths(outcome, reference);
+    let Some(mistake) = &outcome.mistake else {
+        return verdict;
+    };
+    let findings = std::iter::once(mistake.clone()).chain(verdict.findings);
+    Verdict::of(findings.collect())
+}
+
+fn of_paths(outcome: &SeabedOutcome, reference: Option<&Solution>) -> Verdict {
     match (&outcome.joint, &outcome.reference) {
         (Some(Ok((_, judged))), _) => {
             let reasons = judged.reasons.iter().map(|r| finding(r, judged.usable()));
-            let findings = reasons
-                .chain(judged.notes.iter().map(|words| scatter(words)))
-                .collect();
+            let findings = reasons.chain(judged.notes.iter().cloned()).collect();
             let misfit = judged.reasons.iter().any(Reason::is_of_the_model);
             if judged.usable() || misfit {
                 Verdict::of(findings)
@@ -343,7 +341,12 @@ fn notes(outcome: &SeabedOutcome) -> Vec<String> {
                 "the relief swallows the noise of the soundings, which was held at the claimed one"
                     .to_owned()
             });
-            judged.notes.iter().cloned().chain(held).collect()
+            judged
+                .notes
+                .iter()
+                .map(|note| note.seen.clone())
+                .chain(held)
+                .collect()
         }
         _ => vec![],
     };
@@ -484,7 +487,12 @@ fn sources(outcome: &SeabedOutcome) -> TextTable {
             "motion alone",
         ]),
         rows: (0..4).filter(|k| joint.sought[*k]).map(row).collect(),
-        lines: judged.notes.iter().cloned().chain([words]).collect(),
+        lines: judged
+            .notes
+            .iter()
+            .map(|note| note.seen.clone())
+            .chain([words])
+            .collect(),
     }
 }
 

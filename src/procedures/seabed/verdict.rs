@@ -1,12 +1,17 @@
 //! May the solution be used? Layout, convergence, the field, the relief: each can say no, and says which parameter it means.
 
+use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::config::SeabedConfig;
-use super::joint::Joint;
+use super::config::{JointSettings, SeabedConfig};
+use super::joint::{Joint, SCATTER};
 use super::layout::Layout;
 use super::model::{COUNT, PARAMETERS};
 use super::reml::Bounds;
+use crate::calibrate::verdict::VerdictConfig;
+use crate::calibrate::verdict::bounds::{Correction, Share, share, size};
+use crate::math;
+use crate::results::{Finding, Severity};
 
 /// Why parameters are not determined.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,7 +30,10 @@ impl Reason {
     /// Whether it says that the model does not fit, rather than that the data do not determine something.
     #[must_use]
     pub fn is_of_the_model(&self) -> bool {
-        matches!(self.code, "not_converged" | "misfit" | "field" | "prior")
+        matches!(
+            self.code,
+            "not_converged" | "variance_factor" | "field" | "prior" | "size" | "share"
+        )
     }
 }
 
@@ -37,7 +45,7 @@ pub struct Judgement {
     /// What speaks against it.
     pub reasons: Vec<Reason>,
     /// What to look at although nothing is taken away.
-    pub notes: Vec<String>,
+    pub notes: Vec<Finding>,
 }
 
 impl Judgement {
@@ -55,35 +63,51 @@ impl Judgement {
     }
 }
 
-/// Sums of squares over degrees of freedom that a sound solution has.
-const FIT: [f64; 2] = [0.8, 1.2];
 /// A range scale, heave scale, heave lag, lever arm or profile error is one of the things that are held: estimated, never reported as determined.
 const REPORTED: usize = 4;
 
 /// Judges a joint solution.
 #[must_use]
-pub fn judge(joint: &Joint, layout: &Layout, config: &SeabedConfig) -> Judgement {
+pub fn judge(joint: &Joint, layout: &Layout, settings: &JointSettings) -> Judgement {
+    let config = &settings.seabed;
     let mut judgement = Judgement {
         determined: std::array::from_fn(|k| joint.sought[k] && k < REPORTED),
         reasons: vec![],
         notes: vec![],
     };
-    for reason in whole(joint)
+    let limits = &settings.verdict;
+    for reason in whole(joint, limits)
         .into_iter()
-        .chain(by_priors(joint))
+        .chain(by_size(joint, limits))
+        .chain(by_share(joint, limits))
+        .chain(by_priors(joint, limits))
         .chain(by_layout(layout))
         .chain(by_relief(joint, config))
         .chain(by_sigma(joint, config))
     {
         judgement.take(reason);
     }
+    let few = share_of(joint, limits).filter(|f| f.severity == Severity::Finding);
+    judgement.notes.extend(few);
     for k in (0..REPORTED).filter(|k| joint.inflation[*k] > 1.0) {
-        judgement.notes.push(format!(
-            "the tiles scatter {:.1} times as far in {} as the model says; its sigma is that of the scatter",
-            joint.inflation[k], PARAMETERS[k].0
-        ));
+        judgement.notes.push(scatter(k, joint.inflation[k]));
     }
     judgement
+}
+
+/// The tiles' scores scatter further than the model says.
+fn scatter(parameter: usize, ratio: f64) -> Finding {
+    let words = format!(
+        "the tiles scatter {ratio:.1} times as far in {} as the model says; its sigma is that of the scatter",
+        PARAMETERS[parameter].0
+    );
+    Finding::new(
+        "scatter",
+        Severity::Finding,
+        words,
+        format!("{SCATTER} times"),
+        "look for an error that the model does not have: a tide within a line, a heave channel that is wrong by more than a scale or a lag",
+    )
 }
 
 impl Judgement {
@@ -102,9 +126,12 @@ fn all() -> Vec<&'static str> {
 }
 
 /// What takes everything away: no convergence, no fit, an absurd field.
-fn whole(joint: &Joint) -> Vec<Reason> {
+fn whole(joint: &Joint, config: &VerdictConfig) -> Vec<Reason> {
     let mut reasons = vec![];
-    let mut refuse = |code, words, advice: &str| {
+    let mut refuse = |code: &'static str, words, advice: &str| {
+        if accepts(config, code) {
+            return;
+        }
         reasons.push(Reason {
             code,
             words,
@@ -123,12 +150,12 @@ fn whole(joint: &Joint) -> Vec<Reason> {
         );
     }
     let fit = joint.omega_over_freedom;
-    if !(FIT[0]..=FIT[1]).contains(&fit) {
+    let (low, high) = (config.least_variance_factor, config.most_variance_factor);
+    if !(low..=high).contains(&fit) {
         refuse(
-            "misfit",
+            "variance_factor",
             format!(
-                "the sum of squares is {fit:.2} times its degrees of freedom, outside {} to {}",
-                FIT[0], FIT[1]
+                "the sum of squares is {fit:.2} times its degrees of freedom, outside {low} to {high}"
             ),
             "the claimed noise, the water or the lines do not belong together",
         );
@@ -143,16 +170,61 @@ fn whole(joint: &Joint) -> Vec<Reason> {
     reasons
 }
 
-/// A prior that is contradicted by more of its sigmas than this is wrong.
-const CONTRADICTION: f64 = 5.0;
+fn accepts(config: &VerdictConfig, code: &str) -> bool {
+    config.accept.iter().any(|accepted| accepted == code)
+}
+
+/// A finding of the common verdict that takes everything away, unless the survey file accepts it.
+fn of_verdict(
+    finding: Option<Finding>,
+    code: &'static str,
+    config: &VerdictConfig,
+) -> Option<Reason> {
+    let counts = |f: &Finding| f.severity > Severity::Finding && !accepts(config, &f.code);
+    finding.filter(counts).map(|finding| Reason {
+        code,
+        words: finding.seen,
+        advice: finding.advice,
+        parameters: all(),
+    })
+}
+
+/// A correction that is too large to be one.
+fn by_size(joint: &Joint, config: &VerdictConfig) -> Option<Reason> {
+    let [pitch, roll, yaw, ..] = joint.off;
+    let correction = Correction {
+        name: "the sounder".to_owned(),
+        turn_rad: Vector3::new(pitch, roll, yaw).norm(),
+        arm_m: math::hypot(joint.off[7], joint.off[8]),
+    };
+    of_verdict(size(&correction, config), "size", config)
+}
+
+/// Soundings of which too few lie on the common surface.
+fn by_share(joint: &Joint, config: &VerdictConfig) -> Option<Reason> {
+    of_verdict(share_of(joint, config), "share", config)
+}
+
+fn share_of(joint: &Joint, config: &VerdictConfig) -> Option<Finding> {
+    let used = joint.passes.last().map_or(0, |pass| pass.soundings);
+    let soundings = Share {
+        name: "soundings of the common tiles".to_owned(),
+        candidates: used + joint.rejected,
+        used,
+    };
+    share(&soundings, config)
+}
 
 /// What takes up errors of its kind within a prior, and took up more than that.
-fn by_priors(joint: &Joint) -> Vec<Reason> {
+fn by_priors(joint: &Joint, config: &VerdictConfig) -> Vec<Reason> {
+    if accepts(config, "prior") {
+        return vec![];
+    }
     let one = |k: usize| {
         let (off, prior) = (joint.off[k], joint.priors[k]?);
         // the value varies less than its prior, so that this counts too few rather than too many
         let sigmas = off.abs() / prior;
-        (joint.sought[k] && sigmas > CONTRADICTION).then(|| Reason {
+        (joint.sought[k] && sigmas > config.max_prior_sigmas).then(|| Reason {
             code: "prior",
             words: format!(
                 "the {} comes out at {off:.4} although it is known to {prior}: {sigmas:.0} sigmas",

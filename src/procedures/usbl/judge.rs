@@ -24,7 +24,7 @@ use crate::adjust::{
     AdjustError, Component, FitTest, ParameterSet, Problem, Quality, Row, ScoreColumns, Solution,
     Solved, Unit, prior_tests,
 };
-use crate::calibrate::verdict::alternatives::best;
+use crate::calibrate::verdict::alternatives::{self, Otherwise, best};
 use crate::calibrate::verdict::bounds::{Correction, Share, share, size};
 use crate::calibrate::verdict::doubts::{self, Doubt, Doubted, append};
 use crate::calibrate::verdict::fit::{self, Part};
@@ -359,9 +359,6 @@ fn correction(found: &Matrix3<f64>, scene: &Scene) -> Correction {
     }
 }
 
-/// A sign that is not decided matters where it would move an angle by more sigmas than this.
-const UNDECIDED_SIGMAS: f64 = 2.0;
-
 impl JointOutcome {
     /// By how many of its sigmas each angle of the mounting is another in a second outcome.
     fn moved_to(&self, other: &Self) -> BTreeMap<String, f64> {
@@ -422,19 +419,17 @@ pub fn named(input: &UsblInput, scene: &Scene, as_given: Option<&JointOutcome>) 
     best(&given, &tried, "the fixes of common beacons")
 }
 
-/// Weighted squares by which a survey must fit better without a mistake for that to be named. Of 200 right surveys (`usbl-thin`) two were
-/// better by 13 with pitch reversed, of 24 with pitch really reversed 21 by 17 to 57.
-const CLEARLY: f64 = 16.0;
-
 /// A sign or order of the attitude that a survey which fits does not decide, or decides against what is given. On a boat nearly at rest
 /// the mounting takes up all of it but the boat's little motion.
 #[must_use]
-pub fn preferred(input: &UsblInput, as_given: &JointOutcome) -> Option<Finding> {
+pub fn preferred(input: &UsblInput, as_given: &JointOutcome) -> Vec<Finding> {
     let config = &input.joint.verdict;
     if config.accept.iter().any(|code| code == "attitude_scale") {
-        return None;
+        return vec![];
     }
-    let given = as_given.squares()?;
+    let Some(given) = as_given.squares() else {
+        return vec![];
+    };
     let tried = of_signs().into_iter().filter_map(|mistake| {
         let otherwise = |scene: &Scene, found: JointOutcome| {
             let comparable = found.used.len() >= as_given.used.len();
@@ -443,32 +438,13 @@ pub fn preferred(input: &UsblInput, as_given: &JointOutcome) -> Option<Finding> 
             Some((given - squares, as_given.moved_to(&found)))
         };
         let (gain, moved) = mistake.undone(input, otherwise)??;
-        Some((mistake.alternative, gain, moved))
+        Some(Otherwise {
+            alternative: mistake.alternative,
+            gain,
+            moved,
+        })
     });
-    let (alternative, gain, moved) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let finding = |severity, seen: String| {
-        let threshold = format!("{CLEARLY} in the weighted squares");
-        Finding::new(
-            alternative.code,
-            severity,
-            seen,
-            threshold,
-            alternative.advice,
-        )
-    };
-    let words = &alternative.words;
-    if gain > CLEARLY {
-        let seen = format!("{words} the survey fits better, by {gain:.0} in the weighted squares");
-        return Some(finding(Severity::Refuses, seen));
-    }
-    (gain > -CLEARLY && moved.values().any(|sigmas| sigmas.abs() > UNDECIDED_SIGMAS)).then(|| {
-        let seen = format!(
-            "the survey cannot tell: {words} it fits about as well (weighted squares {:.0} {}), and the mounting would be another",
-            gain.abs(),
-            if gain > 0.0 { "less" } else { "more" }
-        );
-        finding(Severity::Finding, seen).with_effect(moved)
-    })
+    alternatives::preferred(tried)
 }
 
 /// A mistake and how it is undone.

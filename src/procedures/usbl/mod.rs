@@ -38,7 +38,7 @@ pub use verdict::{Layout, Refusal};
 
 use crate::calibrate::choices::Method;
 use crate::observe::usbl::UsblCampaign;
-use crate::results::Severity;
+use crate::results::{Finding, Severity};
 use verify::{BeaconResiduals, Calibrated, verify};
 
 /// What a calibration is made from, and how.
@@ -84,19 +84,12 @@ pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError
         (None, failed.map(Refusal::of_reference))
     } else {
         let (mut joint, refused) = solved_jointly(&scene, &input.joint);
-        let explained = match (&refused, &joint) {
+        let explained = match (&refused, &mut joint) {
             (Some(refusal), _) if refusal.is_of_layout() => None,
-            (Some(_), _) => judge::named(input, &scene, joint.as_ref())
-                .or_else(|| judge::preferred(input, joint.as_ref()?)),
-            (None, Some(joint)) => judge::preferred(input, joint),
+            (Some(_), joint) => judge::named(input, &scene, joint.as_ref())
+                .or_else(|| undecided(input, joint.as_mut()?)),
+            (None, Some(joint)) => undecided(input, joint),
             (None, None) => None,
-        };
-        let explained = match (explained, &mut joint) {
-            (Some(undecided), Some(joint)) if undecided.severity == Severity::Finding => {
-                joint.doubted.findings.push(undecided);
-                None
-            }
-            (explained, _) => explained,
         };
         let explained = explained.map(|finding| Refusal::DoesNotFit(Box::new(finding)));
         (joint, explained.or(refused))
@@ -120,6 +113,25 @@ pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError
         joint,
         refusal,
     })
+}
+
+/// The sign or order of the attitude that fits clearly better than what is given; those that the survey cannot tell join the findings.
+fn undecided(input: &UsblInput, joint: &mut JointOutcome) -> Option<Finding> {
+    let found = judge::preferred(input, joint);
+    let (clear, undecided): (Vec<_>, Vec<_>) = found
+        .into_iter()
+        .partition(|f| f.severity == Severity::Refuses);
+    joint.doubted.findings.extend(undecided);
+    clear.into_iter().next()
+}
+
+/// The discrete mistake that explains why a survey does not fit, where it does not.
+#[must_use]
+pub fn suspected(input: &UsblInput, scene: &Scene) -> Option<Finding> {
+    let (joint, refused) = solved_jointly(scene, &input.joint);
+    refused
+        .filter(|refusal| !refusal.is_of_layout())
+        .and_then(|_| judge::named(input, scene, joint.as_ref()))
 }
 
 fn solved_jointly(scene: &Scene, config: &JointConfig) -> (Option<JointOutcome>, Option<Refusal>) {

@@ -8,11 +8,11 @@ use serde_json::{Value, json};
 use super::simulate::{DEMO, Simulated as Survey, Truth, simulate};
 use super::survey::{LoadedUsbl, UsblScenarioFile, load, scenario, write_survey};
 use super::trials::UsblTrials;
-use super::{Layout, Scene, UsblInput, calibrate, summary};
+use super::{Layout, Scene, UsblInput, calibrate, summary, suspected};
 use crate::calibrate::choices::Method;
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
-    Simulated, Uses, make_folder, provenance, read_truth,
+    Simulated, Uses, looks_like, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
 use crate::observe::usbl::Role;
@@ -93,11 +93,17 @@ impl Loaded for LoadedUsbl {
     fn check(&self, _: &Settings, _: Progress<'_>) -> Result<Checked, InputError> {
         let scene = Scene::new(&self.campaign).map_err(InputError::unworkable)?;
         let layout = Layout::of(&scene);
-        Ok(Checked {
+        let mistake = suspected(&input(self, Method::Joint), &scene);
+        let mut checked = Checked {
             text: in_words(self, &scene, &layout),
             json: as_json(self, &scene, &layout),
-            determined: layout.determines_mounting(),
-        })
+            determined: layout.determines_mounting() && mistake.is_none(),
+        };
+        if let Some(mistake) = &mistake {
+            let _ = writeln!(checked.text, "{}", looks_like(mistake));
+        }
+        checked.json["mistake"] = json!(mistake);
+        Ok(checked)
     }
 }
 

@@ -3,6 +3,7 @@
 use super::super::config::{JointSettings, SeabedConfig};
 use super::super::reference::ReferenceConfig;
 use super::super::scene::{Arrays, InsNoise, Line, Priors, SonarNoise};
+use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
 use crate::survey::limits::{ABOVE, DURATION, ELLIPSOID, INVALID, Limits, limits};
@@ -42,6 +43,8 @@ section! {
         seabed: SeabedConfig = or (SeabedConfig::default()), Kind::Table(SeabedConfig::KEYS);
         /// The reference path.
         reference: ReferenceConfig = or (ReferenceConfig::default()), Kind::Table(ReferenceConfig::KEYS);
+        /// Limits of the verdict, and findings that the surveyor accepts.
+        verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
         /// One line; as many as were sailed.
         line: Vec<LineSection> = required, Kind::Tables(LineSection::KEYS);
     }
@@ -176,6 +179,7 @@ impl SeabedSurveyFile {
         JointSettings {
             seabed: self.seabed.clone(),
             max_angle_deg: self.multibeam.max_angle_deg,
+            verdict: self.verdict.clone(),
             seed,
         }
     }

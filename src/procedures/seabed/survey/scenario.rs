@@ -8,6 +8,7 @@ use super::super::scene::Arrays;
 use super::file::{
     GROWTH, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE, SiteSection, TrajectorySection,
 };
+use crate::calibrate::verdict::VerdictConfig;
 use crate::math;
 use crate::survey::document::Document;
 use crate::survey::limits::{ABOVE, DURATION, Limits, SPEED, TURN, limits};
@@ -65,6 +66,8 @@ section! {
         seabed: SeabedConfig = or (SeabedConfig::default()), Kind::Table(SeabedConfig::KEYS);
         /// Settings of the reference path.
         reference: ReferenceConfig = or (ReferenceConfig::default()), Kind::Table(ReferenceConfig::KEYS);
+        /// Limits of the verdict, and findings that the surveyor accepts.
+        verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
     }
 }
 

@@ -58,6 +58,7 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
         },
         seabed: scenario.seabed.clone(),
         reference: scenario.reference.clone(),
+        verdict: scenario.verdict.clone(),
         line: survey
             .lines
             .iter()

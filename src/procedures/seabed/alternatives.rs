@@ -1,0 +1,178 @@
+//! Discrete mistakes in a seabed survey, tried on fewer tiles when it does not fit: signs, order, units.
+
+use std::f64::consts::PI;
+
+use super::config::{JointSettings, SeabedConfig};
+use super::joint::joint;
+use super::scene::{Scene, Sounding};
+use crate::calibrate::verdict::alternatives::best;
+use crate::calibrate::verdict::bounds::{Correction, size};
+use crate::calibrate::verdict::{Alternative, Tried};
+use crate::geometry::rotation::{from_attitude, to_attitude};
+use crate::observe::Trajectory;
+use crate::results::Finding;
+use crate::watch::Watch;
+
+use nalgebra::Vector3;
+
+/// Tiles and passes of a trial.
+const TILES: usize = 60;
+const PASSES: usize = 8;
+/// Soundings that are tried at the most.
+const SOUNDINGS: usize = 40_000;
+
+/// A mistake and how it is undone.
+type Mistake = (Alternative, fn(&mut Scene));
+
+/// Names the mistake that turns the misfit into a fit, if there is one; nothing, and soon, once `watch` says that it should stop.
+#[must_use]
+pub fn named(scene: &Scene, settings: &JointSettings, watch: &dyn Watch) -> Option<Finding> {
+    let scene = thinned(scene);
+    let settings = JointSettings {
+        seabed: SeabedConfig {
+            max_tiles: TILES,
+            max_passes: PASSES,
+            ..settings.seabed.clone()
+        },
+        ..settings.clone()
+    };
+    let given = tried(&scene, &settings);
+    let mut all: Vec<(Alternative, Tried)> = vec![];
+    for (alternative, undo) in of_attitude().into_iter().chain(of_soundings()) {
+        watch.go_on().ok()?;
+        let mut undone = scene.clone();
+        undo(&mut undone);
+        all.push((alternative, tried(&undone, &settings)));
+    }
+    best(&given, &all, "the soundings")
+}
+
+/// Whole pings, evenly chosen, would leave holes in the tiles; so every so-manieth sounding.
+fn thinned(scene: &Scene) -> Scene {
+    let step = scene.soundings.len().div_ceil(SOUNDINGS).max(1);
+    Scene {
+        soundings: scene.soundings.iter().step_by(step).copied().collect(),
+        ..scene.clone()
+    }
+}
+
+/// Share of the soundings of the common tiles that are kept, and how they scatter about the common one.
+fn tried(scene: &Scene, settings: &JointSettings) -> Tried {
+    let Ok(found) = joint(scene, settings) else {
+        return Tried::default();
+    };
+    let used = found.passes.last().map_or(0, |pass| pass.soundings);
+    let [pitch, roll, yaw, ..] = found.off;
+    let correction = Correction {
+        name: String::new(),
+        turn_rad: Vector3::new(pitch, roll, yaw).norm(),
+        arm_m: 0.0,
+    };
+    Tried {
+        share: used as f64 / (used + found.rejected).max(1) as f64,
+        variance_factor: Some(found.omega_over_freedom * found.field.noise_factor.powi(2).max(1.0)),
+        oversize: size(&correction, &settings.verdict).is_some(),
+    }
+}
+
+fn mistake(code: &'static str, words: &str, advice: &'static str, undo: fn(&mut Scene)) -> Mistake {
+    (Alternative::new(code, words, advice), undo)
+}
+
+fn of_attitude() -> Vec<Mistake> {
+    vec![
+        mistake(
+            "sign_of_roll",
+            "with the sign of roll reversed",
+            "check the sign of roll: positive is starboard down",
+            |s| turned(s, |(roll, pitch, heading)| (-roll, pitch, heading)),
+        ),
+        mistake(
+            "sign_of_pitch",
+            "with the sign of pitch reversed",
+            "check the sign of pitch: positive is bow up",
+            |s| turned(s, |(roll, pitch, heading)| (roll, -pitch, heading)),
+        ),
+        mistake(
+            "sign_of_heading",
+            "with the sign of heading reversed",
+            "check the sign of heading: clockwise from north",
+            |s| turned(s, |(roll, pitch, heading)| (roll, pitch, -heading)),
+        ),
+        mistake(
+            "heading_turned",
+            "with the heading turned by 180 deg",
+            "the heading is that of the stern: add 180 deg",
+            |s| turned(s, |(roll, pitch, heading)| (roll, pitch, heading + PI)),
+        ),
+        mistake(
+            "roll_and_pitch_exchanged",
+            "with roll and pitch exchanged",
+            "check the order of the columns roll and pitch",
+            |s| turned(s, |(roll, pitch, heading)| (pitch, roll, heading)),
+        ),
+        mistake(
+            "attitude_in_radians",
+            "with roll, pitch and heading taken as radians",
+            "roll, pitch and heading look like radians: give degrees",
+            |s| {
+                turned(s, |(roll, pitch, heading)| {
+                    (roll.to_degrees(), pitch.to_degrees(), heading.to_degrees())
+                });
+            },
+        ),
+    ]
+}
+
+fn of_soundings() -> Vec<Mistake> {
+    vec![
+        mistake(
+            "sign_of_across_angle",
+            "with the across-track angle reversed",
+            "check the sign of the beam angles: positive is to starboard",
+            |s| each(s, |sounding| sounding.across_rad = -sounding.across_rad),
+        ),
+        mistake(
+            "beam_angle_unit",
+            "with the beam angles taken as gon",
+            "the beam angles look like gon: give degrees",
+            |s| each(s, |sounding| sounding.across_rad *= 0.9),
+        ),
+        mistake(
+            "range_doubled",
+            "with the travel times halved",
+            "the travel times or ranges are twice as long as they fit",
+            |s| each(s, |sounding| sounding.one_way_s *= 0.5),
+        ),
+        mistake(
+            "range_halved",
+            "with the travel times doubled",
+            "the travel times or ranges are half as long as they fit: one-way times?",
+            |s| each(s, |sounding| sounding.one_way_s *= 2.0),
+        ),
+    ]
+}
+
+fn each(scene: &mut Scene, change: fn(&mut Sounding)) {
+    scene.soundings.iter_mut().for_each(change);
+}
+
+/// Roll, pitch and heading, radians.
+type Angles = (f64, f64, f64);
+
+/// Changes every attitude's roll, pitch and heading.
+fn turned(scene: &mut Scene, change: fn(Angles) -> Angles) {
+    let record = &scene.trajectory;
+    let attitudes = record.attitudes().iter().map(|r| {
+        let (roll, pitch, heading) = change(to_attitude(r));
+        from_attitude(roll, pitch, heading)
+    });
+    // gaps were judged when the soundings got their pose
+    scene.trajectory = Trajectory::new(
+        record.times_s().to_vec(),
+        record.positions_m().to_vec(),
+        attitudes.collect(),
+        None,
+        f64::INFINITY,
+    );
+}
