@@ -22,7 +22,7 @@ pub fn cloud<'s>(survey: &'s LoadedSeabed, model: &SensorModel) -> Cloud<'s> {
         origin: site.origin.geodetic(),
         azimuth_rad: 0.0,
     };
-    let states = States::new(&scene.lines, &scene.ins, scene.priors.line_height_m);
+    let states = States::new(&scene.lines, &scene.ins);
     let values = Values {
         mounting: model.mounting,
         latency_s: model.latency_s,

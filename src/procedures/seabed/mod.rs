@@ -6,7 +6,7 @@
 //! | [`scene`], [`model`], [`states`] | the survey in memory; from observation to seabed with derivatives; INS drift |
 //! | [`screen`], [`tiles`], [`field`], [`reml`] | gross errors; pieces of seabed; collocation; the field's parameters |
 //! | [`normal`], [`joint()`] | the adjustment |
-//! | [`shared`] | what soundings of one ping have in common |
+//! | [`shared`], [`shares`] | what soundings of one ping have in common; what each source has in the covariance |
 //! | [`surface`], `views` | lines against each other in small cells; what the report draws of them |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
 //! | [`simulate`](mod@simulate) | surveys of a known seabed |
@@ -27,6 +27,7 @@ pub mod run;
 pub mod scene;
 pub mod screen;
 pub mod shared;
+pub mod shares;
 pub mod simulate;
 pub mod states;
 mod summary;
