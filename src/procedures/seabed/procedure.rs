@@ -14,7 +14,7 @@ use super::survey::{
     DEMO, LoadedSeabed, SeabedScenario, SeabedSurveyFile, load, parse_scenario, write,
 };
 use super::trials::SeabedTrials;
-use crate::calibrate::cloud::{Cloud, SensorModel};
+use crate::calibrate::cloud::{Calibrated, Cloud};
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
     Simulated, Uses, make_folder, provenance, read_truth,
@@ -108,8 +108,8 @@ impl Loaded for LoadedSeabed {
         Ok(Finished { result, page })
     }
 
-    fn cloud(&self, model: &SensorModel) -> Result<Option<Cloud<'_>>, InputError> {
-        Ok(Some(super::apply::cloud(self, model)))
+    fn cloud(&self, calibrated: &Calibrated) -> Result<Option<Cloud<'_>>, InputError> {
+        Ok(Some(super::apply::cloud(self, calibrated)))
     }
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
