@@ -8,6 +8,7 @@
 //! | [`normal`], [`joint()`] | the adjustment |
 //! | [`shared`], [`shares`] | what soundings of one ping have in common; what each source has in the covariance |
 //! | [`surface`], `views` | lines against each other in small cells; what the report draws of them |
+//! | [`foresight`], `plan` | what a scenario's survey would give, source by source; which line to sail next |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
 //! | [`simulate`](mod@simulate) | surveys of a known seabed |
 //! | [`reference`](mod@reference) | the classical patch test; features matched between lines, and the paper's overall adjustment of them |
@@ -16,10 +17,12 @@ pub mod apply;
 mod cones;
 pub mod config;
 pub mod field;
+pub mod foresight;
 pub mod joint;
 pub mod layout;
 pub mod model;
 pub mod normal;
+mod plan;
 pub mod procedure;
 pub mod reference;
 pub mod reml;

@@ -15,6 +15,7 @@ use super::survey::{
 };
 use super::trials::SeabedTrials;
 use crate::calibrate::cloud::{Calibrated, Cloud};
+use crate::calibrate::planning::{PlanAsk, Planner};
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
     Simulated, Uses, make_folder, provenance, read_truth,
@@ -61,6 +62,15 @@ impl Procedure for SeabedProcedure {
 
     fn read(&self, survey: &Path) -> Result<Box<dyn Loaded>, InputError> {
         Ok(Box::new(load(survey)?))
+    }
+
+    fn planner(
+        &self,
+        file: &Path,
+        text: &str,
+        ask: &PlanAsk,
+    ) -> Result<Option<Box<dyn Planner>>, InputError> {
+        super::plan::planner(file, text, ask).map(Some)
     }
 
     fn scenario(&self, file: &Path, text: &str) -> Result<Box<dyn ScenarioRun>, InputError> {
