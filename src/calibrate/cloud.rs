@@ -1,12 +1,14 @@
 //! The points of a survey under a calibration, for whoever writes them.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::Ellipsoid;
 use crate::geometry::ellipsoid::Geodetic;
 use crate::geometry::frames::{Ecef, Point};
 use crate::observe::Mounting;
-use crate::results::Solution;
+use crate::results::{Calibration, Solution};
 
 /// Points georeferenced at a time.
 pub const CHUNK: usize = 65_536;
@@ -40,6 +42,8 @@ pub struct Placed {
     pub row: u32,
     /// Whether a sonar measured it.
     pub sounding: bool,
+    /// Whether it lies on the surface about it; a gross error does not, and has no place in a gridded surface.
+    pub on_surface: bool,
     /// What a beam says of itself; `None` where it says nothing.
     pub beam: Option<Beam>,
 }
@@ -92,6 +96,43 @@ impl SensorModel {
             },
             latency_s: value("latency"),
             range_scale: value("range_scale"),
+        })
+    }
+}
+
+/// What a calibration changes of a whole survey: the sensor, the heave channel, the heights of the lines.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibrated {
+    /// The sensor.
+    pub sensor: SensorModel,
+    /// True heave over measured heave, minus 1.
+    pub heave_scale: f64,
+    /// The heave channel is late by this, seconds.
+    pub heave_lag_s: f64,
+    /// What the height of each line was off by, by the line's name, metres.
+    pub line_heights_m: BTreeMap<String, f64>,
+}
+
+impl Calibrated {
+    /// Of one solution of a result; heave and heights of lines are those of the joint path. `None` of a solution without a mounting.
+    #[must_use]
+    pub fn of(result: &Calibration, solution: &Solution) -> Option<Self> {
+        let value = |name: &str| {
+            let found = solution.parameter(name).and_then(|p| p.value);
+            found.unwrap_or(0.0)
+        };
+        let joint = result.solutions.joint.as_ref() == Some(solution);
+        let lines = result.details["joint"]["lines"].as_array();
+        let lines = lines.filter(|_| joint).into_iter().flatten();
+        let height = |line: &serde_json::Value| {
+            let name = line["name"].as_str()?.to_owned();
+            Some((name, line["height_m"].as_f64()?))
+        };
+        Some(Self {
+            sensor: SensorModel::of(solution)?,
+            heave_scale: value("heave scale"),
+            heave_lag_s: value("heave lag"),
+            line_heights_m: lines.filter_map(height).collect(),
         })
     }
 }

@@ -5,6 +5,7 @@ pub mod cloud;
 pub mod compare;
 pub mod conventions;
 pub mod driver;
+pub mod grid;
 pub mod metric;
 pub mod planning;
 pub mod quality;

@@ -18,7 +18,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::choices::Method;
-use super::cloud::{Cloud, SensorModel};
+use super::cloud::{Calibrated, Cloud};
 use super::planning::{PlanAsk, Planner};
 use super::tried::Tried;
 use crate::formats::FormatError;
@@ -137,7 +137,7 @@ pub trait Loaded: Send + Sync {
     ///
     /// # Errors
     /// [`InputError`] for observations that cannot be placed at all.
-    fn cloud(&self, _model: &SensorModel) -> Result<Option<Cloud<'_>>, InputError> {
+    fn cloud(&self, _calibrated: &Calibrated) -> Result<Option<Cloud<'_>>, InputError> {
         Ok(None)
     }
 }

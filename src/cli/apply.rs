@@ -1,17 +1,19 @@
 //! `boresight apply`: all points of a survey georeferenced with a calibration.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 
 use super::Ending;
 use super::args::{Apply, CoordinatesName, SolutionName};
 use super::error::CliError;
-use super::out::free_for_cloud;
+use super::out::{free_for_cloud, free_for_surface};
 use super::result_file::read_result;
 use super::talk::Talk;
-use crate::calibrate::cloud::{Cloud, Placed, SensorModel};
+use crate::calibrate::cloud::{Calibrated, Cloud, Placed};
+use crate::calibrate::grid::Grid;
 use crate::formats::FormatError;
+use crate::formats::geotiff::{self, MOST_CELLS, Raster};
 use crate::formats::las::stream::{self, CloudPoint, Layout, NOTHING};
 use crate::formats::las::wkt;
 use crate::geometry::Ellipsoid;
@@ -21,7 +23,10 @@ use crate::results::{Calibration, InputFile, Solution};
 
 /// Runs the command.
 pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
-    refuse_extension(&args.out)?;
+    refuse_extension(&args.out, &["laz", "las"], ".laz or .las")?;
+    if let Some(surface) = &args.surface {
+        refuse_extension(surface, &["tif", "tiff"], ".tif or .tiff")?;
+    }
     talk.step(&format!("reading {}", args.survey.display()));
     let procedure = procedures::of_file(&args.survey)?;
     let survey = procedure.read(&args.survey)?;
@@ -32,10 +37,23 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
         &args.calibration,
         args.force,
     )?;
+    if let Some(surface) = &args.surface {
+        free_for_surface(
+            surface,
+            &args.out,
+            &args.survey,
+            survey.inputs(),
+            &args.calibration,
+        )?;
+    }
     talk.step(&format!("reading {}", args.calibration.display()));
     let result = read_result(&args.calibration)?;
-    let model = model(&args.calibration, &result, procedure.name(), args.solution)?;
-    let Some(cloud) = survey.cloud(&model)? else {
+    let mut calibrated = calibrated(&args.calibration, &result, procedure.name(), args.solution)?;
+    if !same_survey(&result, survey.inputs()) {
+        // the heights are of lines that this survey does not have, whatever its own are called
+        calibrated.line_heights_m.clear();
+    }
+    let Some(cloud) = survey.cloud(&calibrated)? else {
         let (file, procedure) = (args.survey.clone(), procedure.name());
         return Err(CliError::NoPoints { file, procedure });
     };
@@ -51,13 +69,16 @@ fn written(
     talk: &Talk,
 ) -> Result<Ending, CliError> {
     let system = System::new(args.coordinates, &cloud)?;
+    let mut surface = Surface::new(args, &system)?;
     let bar = talk.bar("georeferencing", cloud.total as u64);
     let layout = system.layout(&cloud);
     let chunks = cloud
         .chunks
-        .map(|chunk| counted(&bar, system.points(&chunk)));
+        .map(|chunk| counted(&bar, system.points(&chunk)))
+        .inspect(|points| surface.add(points));
     let count = stream::write(&args.out, &layout, chunks)?;
     bar.finish_and_clear();
+    let cells = surface.written()?;
     let sources = cloud.sources.iter().enumerate();
     let sources: Vec<String> = sources.map(|(k, s)| format!("{} {s}", k + 1)).collect();
     let mut text = format!(
@@ -67,6 +88,13 @@ fn written(
         system.name(),
         sources.join(", ")
     );
+    if let Some(file) = &args.surface {
+        text += &format!(
+            "Wrote the surface, {cells} cells of {} m, to {}\n",
+            args.cell,
+            file.display()
+        );
+    }
     for note in notes {
         text += &format!("note: {note}\n");
     }
@@ -76,6 +104,7 @@ fn written(
         "read": cloud.total,
         "coordinates": system.name(),
         "sources": cloud.sources,
+        "surface": args.surface,
         "notes": notes,
     });
     talk.result(&text, format!("{json:#}\n").as_bytes())?;
@@ -96,7 +125,7 @@ fn other_files(result: &Calibration, inputs: &[InputFile]) -> Vec<String> {
     let then = &result.provenance.inputs;
     let known = |input: &&InputFile| then.iter().any(|i| i.sha256 == input.sha256);
     let changed = |input: &&InputFile| !known(input) && then.iter().any(|i| i.path == input.path);
-    if !inputs.iter().any(|i| known(&i)) {
+    if !same_survey(result, inputs) {
         return vec!["the calibration was made from other files than this survey's".to_owned()];
     }
     let changed = inputs.iter().filter(changed);
@@ -105,21 +134,28 @@ fn other_files(result: &Calibration, inputs: &[InputFile]) -> Vec<String> {
         .collect()
 }
 
-fn refuse_extension(path: &Path) -> Result<(), CliError> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    if matches!(extension.as_deref(), Some("las" | "laz")) {
-        return Ok(());
-    }
-    Err(FormatError::unknown_extension(path, ".laz or .las").into())
+/// Whether the calibration was made from a file of this survey.
+fn same_survey(result: &Calibration, inputs: &[InputFile]) -> bool {
+    let then = &result.provenance.inputs;
+    let known = |input: &InputFile| then.iter().any(|i| i.sha256 == input.sha256);
+    inputs.iter().any(known)
 }
 
-/// The sensor model of one solution of a result file.
-fn model(
+fn refuse_extension(path: &Path, good: &[&str], expected: &str) -> Result<(), CliError> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    if extension.is_some_and(|e| good.contains(&e.as_str())) {
+        return Ok(());
+    }
+    Err(FormatError::unknown_extension(path, expected).into())
+}
+
+/// What one solution of a result file changes.
+fn calibrated(
     path: &Path,
     result: &Calibration,
     procedure: &str,
     solution: SolutionName,
-) -> Result<SensorModel, CliError> {
+) -> Result<Calibrated, CliError> {
     let (name, found) = chosen(result, solution);
     let refused = |found: &str| CliError::NoSolution {
         file: path.to_owned(),
@@ -137,7 +173,7 @@ fn model(
         let message = &found.message;
         return Err(refused(&format!("one that is not usable ({message})")));
     }
-    SensorModel::of(found).ok_or_else(|| refused("one without a mounting and a lever arm"))
+    Calibrated::of(result, found).ok_or_else(|| refused("one without a mounting and a lever arm"))
 }
 
 fn chosen(result: &Calibration, name: SolutionName) -> (&'static str, Option<&Solution>) {
@@ -221,6 +257,69 @@ impl System {
     }
 }
 
+/// The surface that is gathered while the cloud is written, where one is asked for.
+struct Surface<'a> {
+    asked: Option<(&'a Path, Grid)>,
+    cell_m: f64,
+    system: &'a System,
+    zone: i8,
+}
+
+impl<'a> Surface<'a> {
+    fn new(args: &'a Apply, system: &'a System) -> Result<Self, CliError> {
+        let zone = system.utm.as_ref().map(Utm::zone);
+        if args.surface.is_some() && zone.is_none() {
+            return Err(CliError::NoPlane);
+        }
+        let grid = |file: &'a PathBuf| (file.as_path(), Grid::new(args.cell));
+        Ok(Self {
+            asked: args.surface.as_ref().map(grid),
+            cell_m: args.cell,
+            system,
+            zone: zone.unwrap_or(0),
+        })
+    }
+
+    fn add(&mut self, points: &Result<Vec<CloudPoint>, CliError>) {
+        if let (Some((_, grid)), Ok(points)) = (&mut self.asked, points) {
+            for point in points.iter().filter(|p| p.on_surface) {
+                grid.add(point.position_m);
+            }
+        }
+    }
+
+    /// Writes it; the number of its cells.
+    fn written(self) -> Result<u64, CliError> {
+        let Some((file, grid)) = self.asked else {
+            return Ok(0);
+        };
+        let refused = |found: String, expected: &str| CliError::Surface {
+            file: file.to_owned(),
+            found,
+            expected: expected.to_owned(),
+        };
+        let Some(extent) = grid.extent() else {
+            return Err(refused("no soundings on it".to_owned(), "some"));
+        };
+        let [width, height] = extent.size;
+        if width.saturating_mul(height) > MOST_CELLS {
+            let found = format!("{width} by {height} cells");
+            let expected = format!("at most {MOST_CELLS}: wider ones by --cell");
+            return Err(refused(found, &expected));
+        }
+        let raster = Raster {
+            ellipsoid: self.system.ellipsoid,
+            zone: self.zone,
+            corner_m: grid.corner_m(&extent),
+            cell_m: self.cell_m,
+            width: width as u32,
+            height: height as u32,
+        };
+        geotiff::write(file, &raster, &grid.bands(&extent))?;
+        Ok(width * height)
+    }
+}
+
 fn cloud_point(point: &Placed, position_m: [f64; 3]) -> CloudPoint {
     let beam = point.beam;
     CloudPoint {
@@ -228,6 +327,7 @@ fn cloud_point(point: &Placed, position_m: [f64; 3]) -> CloudPoint {
         position_m,
         source: point.source,
         sounding: point.sounding,
+        on_surface: point.on_surface,
         extra: [
             point.row,
             beam.map_or(NOTHING, |b| b.ping),

@@ -476,6 +476,12 @@ pub struct Apply {
     /// Coordinates to write
     #[arg(long, value_enum, default_value_t = CoordinatesName::Utm)]
     pub coordinates: CoordinatesName,
+    /// Also write the soundings' surface: a GeoTIFF of mean, count and standard deviation in each cell (UTM only; gross errors left out)
+    #[arg(long, value_name = "FILE.tif", value_hint = ValueHint::FilePath)]
+    pub surface: Option<PathBuf>,
+    /// Side of its cells, metres
+    #[arg(long, value_name = "METRES", default_value_t = 1.0, requires = "surface", value_parser = cell)]
+    pub cell: f64,
     /// Replace what this program wrote before (never a file that it did not write)
     #[arg(long)]
     pub force: bool,
@@ -628,6 +634,12 @@ pub fn wanted_words(wanted: &[(String, f64)]) -> Option<String> {
     let each = wanted.iter().map(|(name, value)| format!("{name}={value}"));
     let each: Vec<String> = each.collect();
     (!each.is_empty()).then(|| format!("--wanted {}", each.join(",")))
+}
+
+/// `--cell`.
+fn cell(text: &str) -> Result<f64, String> {
+    let fit = |v| (0.01..=1000.0).contains(&v);
+    number(text, fit, "metres from 0.01 to 1000")
 }
 
 fn below_a_right_angle(text: &str) -> Result<f64, String> {

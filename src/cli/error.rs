@@ -91,6 +91,21 @@ pub enum CliError {
         /// Its procedure.
         procedure: &'static str,
     },
+    /// A surface of geocentric coordinates.
+    #[error(
+        "--surface: found --coordinates geocentric, expected coordinates in a plane: --coordinates utm"
+    )]
+    NoPlane,
+    /// A surface without a cell, or with too many.
+    #[error("{}: whole surface: found {found}, expected {expected}", file.display())]
+    Surface {
+        /// The file.
+        file: PathBuf,
+        /// What there is.
+        found: String,
+        /// What would do.
+        expected: String,
+    },
     /// Two results that cannot be compared.
     #[error("{}, {}: found {found}", before.display(), after.display())]
     NotComparable {

@@ -7,6 +7,7 @@ use super::error::CliError;
 use crate::calibrate::seam::InputError;
 use crate::files::{self, FolderError};
 use crate::formats::digest::sha256_of;
+use crate::formats::geotiff;
 use crate::formats::las::stream::WRITTEN_BY;
 use crate::results::InputFile;
 use crate::survey::{SURVEY_FILE, TRUTH_FILE};
@@ -65,6 +66,31 @@ pub fn free_for_cloud(
         }
         .into()),
     }
+}
+
+/// Refuses a surface's name where an input of the survey or the cloud stands, or a file that `apply` did not write.
+pub fn free_for_surface(
+    out: &Path,
+    cloud: &Path,
+    survey: &Path,
+    inputs: &[InputFile],
+    calibration: &Path,
+) -> Result<(), CliError> {
+    let folder = survey.parent().unwrap_or(Path::new(""));
+    let named: Vec<_> = inputs.iter().map(|i| folder.join(&i.path)).collect();
+    let all = named.iter().map(std::path::PathBuf::as_path);
+    files::none_is(out, all.chain([survey, calibration, cloud]))?;
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    tried(files::whole::folder_of(out), &[&name])?;
+    if std::fs::symlink_metadata(out).is_err() || geotiff::is_ours(out) {
+        return Ok(());
+    }
+    let file = out.to_owned();
+    Err(FolderError::NotOurs {
+        file,
+        changed: false,
+    }
+    .into())
 }
 
 /// System identifier and generating software of a LAS or LAZ file; empty for any other.

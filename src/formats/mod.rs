@@ -12,6 +12,7 @@ pub mod columns;
 pub mod digest;
 pub mod error;
 pub mod faults;
+pub mod geotiff;
 pub mod gsf;
 pub mod kind;
 pub mod kmall;

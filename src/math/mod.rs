@@ -9,8 +9,10 @@
 //! |---|---|
 //! | here | functions of numbers |
 //! | [`dense`] | products of matrices, and the solution of positive definite equations |
+//! | [`skyline`] | the solution of positive definite equations whose unknowns each meet few others |
 
 pub mod dense;
+pub mod skyline;
 
 /// Sine of an angle in radians.
 #[inline]

@@ -150,7 +150,7 @@ pub fn verdict(result: &PlanResult) -> String {
             to_sail(result)
         ),
         (None, []) if result.chosen.is_empty() => {
-            "None of the candidates is seen by both sensors.".to_owned()
+            "None of the candidates tells anything.".to_owned()
         }
         (None, []) => format!(
             "{} more passes do not reach what is wanted; --most allows more, or other candidates do better.",

@@ -1,6 +1,8 @@
 //! The seabed commands end to end: files, exit codes, bytes, refusals, messages.
 
 use std::path::Path;
+use tiff::decoder::DecodingResult;
+use tiff::tags::Tag;
 
 use crate::common::{run, simulated, words};
 use nalgebra::{Matrix3, Vector3};
@@ -121,6 +123,82 @@ fn an_applied_cloud_names_ping_and_beam() {
         pings.insert(number(1));
     }
     assert!(pings.len() > 50, "{} pings", pings.len());
+}
+
+/// The surface holds, in each cell, what the cloud's points in it come to: where none of them was left out, their mean and scatter.
+#[test]
+fn a_surface_is_the_cloud_in_cells() {
+    let folder = simulated(THIN);
+    let survey = "survey/survey.toml";
+    let calibrate = ["calibrate", survey, "--method", "joint", "--out", "out"];
+    assert_eq!(run(&calibrate, folder.path()).status.code(), Some(0));
+    let apply = |coordinates| {
+        let line = format!(
+            "apply {survey} --calibration out/result.json --out cloud.laz --surface bed.tif --cell 2 --coordinates {coordinates}"
+        );
+        let words: Vec<&str> = line.split(' ').collect();
+        run(&words, folder.path())
+    };
+    let refused = apply("geocentric");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        words(&refused).contains("--coordinates utm"),
+        "{}",
+        words(&refused)
+    );
+    // the second run replaces what the first wrote
+    for _ in 0..2 {
+        let output = apply("utm");
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    }
+    let file = std::fs::File::open(folder.path().join("bed.tif")).expect("a surface");
+    let mut tiff = tiff::decoder::Decoder::new(file).expect("a TIFF");
+    let (width, height) = tiff.dimensions().expect("a size");
+    let tie = tiff.get_tag_f64_vec(Tag::ModelTiepointTag).expect("a tie");
+    let keys = tiff.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).expect("keys");
+    // ProjectedCRS: UTM zone 51 north on WGS84 for 121.8 degrees east
+    assert!(
+        keys.chunks(4).any(|key| key == [3072, 0, 1, 32651]),
+        "{keys:?}"
+    );
+    let DecodingResult::F32(cells) = tiff.read_image().expect("cells") else {
+        panic!("not floats");
+    };
+    let mut reader = las::Reader::from_path(folder.path().join("cloud.laz")).expect("a cloud");
+    let mut heights: std::collections::BTreeMap<(u32, u32), Vec<f64>> = Default::default();
+    for point in reader.read_all().expect("points").points() {
+        let point = point.expect("a point");
+        let column = ((point.x - tie[3]) / 2.0).floor();
+        let row = ((tie[4] - point.y) / 2.0).floor();
+        if (0.0..f64::from(width)).contains(&column) && (0.0..f64::from(height)).contains(&row) {
+            let cell = heights.entry((row as u32, column as u32)).or_default();
+            cell.push(point.z);
+        }
+    }
+    let (mut whole, mut fewer) = (0, 0);
+    for ((row, column), all) in &heights {
+        let at = 3 * (row * width + column) as usize;
+        let [mean, count, deviation] = [0, 1, 2].map(|k| f64::from(cells[at + k]));
+        if count != all.len() as f64 {
+            // gross errors and the outermost beams; points on an edge may lie in the next cell after rounding to 0.1 mm
+            fewer += 1;
+            continue;
+        }
+        whole += 1;
+        let n = all.len() as f64;
+        let centre = all.iter().sum::<f64>() / n;
+        // the cloud's heights are rounded to 0.1 mm, the floats of 4 m to half a micrometre
+        assert!((mean - centre).abs() < 6e-5, "{mean} {centre}");
+        let scatter = all.iter().map(|z| (z - centre).powi(2)).sum::<f64>() / (n - 1.0);
+        assert!(
+            n < 2.0 || (deviation - scatter.sqrt()).abs() < 1.2e-4,
+            "{deviation}"
+        );
+    }
+    assert!(
+        whole > 10 * fewer.max(1) / 4 && whole > 300,
+        "{whole} {fewer}"
+    );
 }
 
 /// What each layout can give: verdict of the whole and of the angles.
@@ -281,7 +359,7 @@ fn between_lines_m2(points: &[boresight::calibrate::cloud::Placed]) -> f64 {
 
 #[test]
 fn lines_meet_under_the_true_mounting_and_not_under_the_nominal_one() {
-    use boresight::calibrate::cloud::SensorModel;
+    use boresight::calibrate::cloud::{Calibrated, SensorModel};
     use boresight::observe::Mounting;
     let folder = simulated(THIN);
     let survey = folder.path().join("survey/survey.toml");
@@ -298,7 +376,13 @@ fn lines_meet_under_the_true_mounting_and_not_under_the_nominal_one() {
             latency_s,
             ..SensorModel::plain(mounting)
         };
-        let cloud = loaded.cloud(&model).expect("points").expect("a cloud");
+        let calibrated = Calibrated {
+            sensor: model,
+            heave_scale: 0.0,
+            heave_lag_s: 0.0,
+            line_heights_m: Default::default(),
+        };
+        let cloud = loaded.cloud(&calibrated).expect("points").expect("a cloud");
         let total = cloud.total;
         let points: Vec<_> = cloud.chunks.flatten().collect();
         assert_eq!(points.len(), total);

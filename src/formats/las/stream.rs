@@ -49,6 +49,8 @@ pub struct CloudPoint {
     pub source: u16,
     /// Whether it is a sounding: ASPRS class 40, else 1.
     pub sounding: bool,
+    /// Whether it lies on the surface about it; not written.
+    pub on_surface: bool,
     /// The values of [`EXTRA`]; [`NOTHING`] where there is none.
     pub extra: [u32; EXTRA.len()],
 }
@@ -214,6 +216,7 @@ mod tests {
             time_s: f64::from(k),
             position_m: [500_000.123_4, 3e6 + f64::from(k), 15.5],
             source: 2,
+            on_surface: false,
             sounding: true,
             extra: [k, 7, NOTHING],
         }

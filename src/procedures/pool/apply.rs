@@ -79,6 +79,7 @@ fn placed(scene: &Scene<'_>, model: &SensorModel, rows: &[(Sensor, usize, f64)])
             source,
             row: row as u32,
             sounding: beam.is_some(),
+            on_surface: beam.is_some(),
             beam,
         })
     };

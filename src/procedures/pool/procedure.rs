@@ -12,7 +12,7 @@ use super::summary::{self, Dropped};
 use super::survey::claims::claims;
 use super::survey::{LoadedSurvey, ScenarioFile, load, scenario, write_survey};
 use super::{PoolError, PoolInput, calibrate};
-use crate::calibrate::cloud::{Cloud, SensorModel};
+use crate::calibrate::cloud::{Calibrated, Cloud};
 use crate::calibrate::planning::{PlanAsk, Planner};
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
@@ -128,8 +128,8 @@ impl Loaded for LoadedSurvey {
         Ok(Finished { result, page })
     }
 
-    fn cloud(&self, model: &SensorModel) -> Result<Option<Cloud<'_>>, InputError> {
-        let cloud = super::apply::cloud(self, model).map_err(PoolError::from);
+    fn cloud(&self, calibrated: &Calibrated) -> Result<Option<Cloud<'_>>, InputError> {
+        let cloud = super::apply::cloud(self, &calibrated.sensor).map_err(PoolError::from);
         Ok(Some(cloud.map_err(InputError::unworkable)?))
     }
 

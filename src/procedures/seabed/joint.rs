@@ -18,8 +18,10 @@ use super::reml::{Bounds, restricted_likelihood};
 use super::scene::Scene;
 use super::screen::Screen;
 use super::shared::shared_noise;
+use super::shares::Shares;
 use super::states::States;
 use super::tiles::{Candidate, Cut, Tile, depth_scale};
+use crate::observe::Mounting;
 use crate::watch::{Stopped, Unwatched, Watch};
 
 /// Why there is no joint solution at all.
@@ -79,6 +81,8 @@ pub struct Joint {
     pub priors: [Option<f64>; COUNT],
     /// Covariance of the parameters.
     pub covariance: [[f64; COUNT]; COUNT],
+    /// What each source has in it.
+    pub shares: Shares,
     /// Standard deviations from the scatter of the tiles.
     pub sandwich_sigma: [f64; COUNT],
     /// Factor by which the model's sigma was widened to the tiles' scatter, 1 where it was not.
@@ -97,6 +101,8 @@ pub struct Joint {
     pub omega_over_freedom: f64,
     /// Degrees of freedom.
     pub freedom: f64,
+    /// Side of a tile, metres.
+    pub tile_m: f64,
     /// The last tiles.
     pub tiles: Vec<Tile>,
     /// Which soundings were kept by screen and residuals.
@@ -114,6 +120,12 @@ impl Joint {
     #[must_use]
     pub fn sigma(&self, parameter: usize) -> f64 {
         self.covariance[parameter][parameter].max(0.0).sqrt()
+    }
+
+    /// By how much a line's heights are to be lifted, metres.
+    #[must_use]
+    pub fn line_height_m(&self, line: usize) -> f64 {
+        self.values.states[self.states.height_of(line)]
     }
 }
 
@@ -163,6 +175,27 @@ pub fn joint_watched(
     work.finish(tiles, converged, screened)
 }
 
+/// What would be found of a survey whose values and field are known: covariances and sigmas, nothing is solved for.
+///
+/// # Errors
+/// As [`joint`].
+pub fn foreseen(
+    scene: &Scene,
+    config: &JointSettings,
+    mounting: Mounting,
+    latency_s: f64,
+    field: Field,
+) -> Result<Joint, JointError> {
+    let mut work = Work::new(scene, config, &Unwatched);
+    work.values.mounting = mounting;
+    work.values.latency_s = latency_s;
+    work.field = field;
+    let screened = work.screen()?;
+    let cut = work.cut(config.seabed.tile_m, 2, config.seabed.max_tiles, 0);
+    let tiles = work.overlap(cut.tiles(&work.candidates(usize::MAX)?))?;
+    work.finish(tiles, true, screened)
+}
+
 /// Where lines meet, before anything is solved.
 #[derive(Clone, Debug)]
 pub struct Overlap {
@@ -207,7 +240,7 @@ const SMALL_STEP: f64 = 0.03;
 
 impl<'a> Work<'a> {
     fn new(scene: &'a Scene, config: &'a JointSettings, watch: &'a dyn Watch) -> Self {
-        let states = States::new(&scene.lines, &scene.ins, scene.priors.line_height_m);
+        let states = States::new(&scene.lines, &scene.ins);
         Self {
             scene,
             config,
@@ -536,7 +569,7 @@ impl<'a> Work<'a> {
             &passed.solved,
         );
         let sandwich_sigma = sandwich.map(|v| v.max(0.0).sqrt());
-        let modelled = |a: usize, b: usize| passed.solved.covariance(a, b) + shared[(a, b)];
+        let modelled = |a: usize, b: usize| passed.solved.covariance(a, b) + shared.extra[(a, b)];
         let inflation: [f64; COUNT] = std::array::from_fn(|k| {
             let ratio = sandwich_sigma[k] / modelled(k, k).sqrt().max(f64::MIN_POSITIVE);
             if sought.parameters[k] && ratio > SCATTER {
@@ -555,6 +588,7 @@ impl<'a> Work<'a> {
         };
         let prior = prior_information(self.scene);
         Ok(Joint {
+            shares: Shares::new(&self.states, &prior, &passed.solved, &shared),
             off: self.values.from_nominal(self.scene),
             priors: prior
                 .map(|information| (information > 0.0).then(|| information.sqrt().recip())),
@@ -569,6 +603,7 @@ impl<'a> Work<'a> {
             omega_over_freedom: passed.normal.omega / passed.normal.freedom,
             freedom: passed.normal.freedom,
             passes: self.passes,
+            tile_m: self.config.seabed.tile_m * self.scale,
             tiles,
             alive: self.alive,
             screened,

@@ -6,8 +6,9 @@
 //! | [`scene`], [`model`], [`states`] | the survey in memory; from observation to seabed with derivatives; INS drift |
 //! | [`screen`], [`tiles`], [`field`], [`reml`] | gross errors; pieces of seabed; collocation; the field's parameters |
 //! | [`normal`], [`joint()`] | the adjustment |
-//! | [`shared`] | what soundings of one ping have in common |
+//! | [`shared`], [`shares`] | what soundings of one ping have in common; what each source has in the covariance |
 //! | [`surface`], `views` | lines against each other in small cells; what the report draws of them |
+//! | [`foresight`], `plan` | what a scenario's survey would give, source by source; which line to sail next |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
 //! | `alternatives` | signs, order, units: discrete mistakes |
 //! | [`simulate`](mod@simulate) | surveys of a known seabed |
@@ -18,10 +19,12 @@ pub mod apply;
 mod cones;
 pub mod config;
 pub mod field;
+pub mod foresight;
 pub mod joint;
 pub mod layout;
 pub mod model;
 pub mod normal;
+mod plan;
 pub mod procedure;
 pub mod reference;
 pub mod reml;
@@ -29,6 +32,7 @@ pub mod run;
 pub mod scene;
 pub mod screen;
 pub mod shared;
+pub mod shares;
 pub mod simulate;
 pub mod states;
 mod summary;

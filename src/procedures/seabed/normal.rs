@@ -4,7 +4,8 @@
 //! of a tile share moves no likelihood but counts in `J' P J`; six columns of common shift, stretch and shear take it out.
 
 use crate::math;
-use crate::math::dense::{product, solve_positive};
+use crate::math::dense::product;
+use crate::math::skyline::Skyline;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
 use super::field::{Collocation, Field, Noise, Points};
@@ -314,7 +315,7 @@ impl Rows {
 /// All blocks and priors together.
 #[derive(Clone, Debug)]
 pub struct Normal {
-    information: DMatrix<f64>,
+    information: Skyline,
     score: Vec<f64>,
     /// Sum of squares of residuals, priors included.
     pub omega: f64,
@@ -377,8 +378,10 @@ impl Normal {
         state_values: &[f64],
     ) -> Self {
         let size = COUNT + states.len();
+        let mut groups: Vec<Vec<usize>> = blocks.iter().map(|b| b.unknowns.clone()).collect();
+        states.each_information(|row, column, _| groups.push(vec![COUNT + row, COUNT + column]));
         let mut normal = Self {
-            information: DMatrix::zeros(size, size),
+            information: Skyline::new(size, COUNT, groups.iter().map(Vec::as_slice)),
             score: vec![0.0; size],
             omega: 0.0,
             freedom: 0.0,
@@ -395,7 +398,8 @@ impl Normal {
         for (a, row) in block.unknowns.iter().enumerate() {
             self.score[*row] += block.score[a];
             for (b, column) in block.unknowns.iter().enumerate().take(a + 1) {
-                self.information[(*row, *column)] += block.information[(a, b)];
+                self.information
+                    .add(*row, *column, block.information[(a, b)]);
             }
         }
         self.omega += block.omega;
@@ -410,10 +414,10 @@ impl Normal {
     ) {
         for (k, information) in prior_information(scene).into_iter().enumerate() {
             if !sought.parameters[k] {
-                self.information[(k, k)] += 1.0;
+                self.information.add(k, k, 1.0);
                 continue;
             }
-            self.information[(k, k)] += information;
+            self.information.add(k, k, information);
             self.score[k] -= information * from_nominal[k];
             self.omega += information * from_nominal[k] * from_nominal[k];
             if information == 0.0 {
@@ -426,7 +430,7 @@ impl Normal {
         let (information, score) = (&mut self.information, &mut self.score);
         let mut omega = 0.0;
         states.each_information(|row, column, value| {
-            information[(COUNT + row, COUNT + column)] += value;
+            information.add(COUNT + row, COUNT + column, value);
             score[COUNT + row] -= value * values[column];
             omega += value * values[row] * values[column];
             if row != column {
@@ -440,29 +444,21 @@ impl Normal {
     /// Solves for the step; `None` where the matrix is not positive definite or the step is not a number.
     #[must_use]
     pub fn solve(&self) -> Option<Solved> {
-        let size = self.score.len();
-        let scale: Vec<f64> = (0..size)
-            .map(|k| self.information[(k, k)].max(1e-300).sqrt().recip())
-            .collect();
-        let mut factor = DMatrix::from_fn(size, size, |i, j| {
-            if i < j {
-                return 0.0;
-            }
-            self.information[(i, j)] * scale[i] * scale[j]
-        });
-        let mut solution = DMatrix::from_fn(size, 1 + COUNT, |i, j| match j {
-            0 => self.score[i] * scale[i],
-            _ if i + 1 == j => scale[i],
-            _ => 0.0,
-        });
-        solve_positive(&mut factor, &mut solution)?;
-        let column = |j: usize| (0..size).map(|i| solution[(i, j)] * scale[i]).collect();
-        let solved = Solved {
-            step: column(0),
-            inverse: (1..=COUNT).map(column).collect(),
+        let unit = |k: usize| {
+            let mut unit = vec![0.0; self.score.len()];
+            unit[k] = 1.0;
+            unit
         };
-        let finite = solved.step.iter().all(|x| x.is_finite());
-        finite.then_some(solved)
+        let right: Vec<Vec<f64>> = std::iter::once(self.score.clone())
+            .chain((0..COUNT).map(unit))
+            .collect();
+        let mut solutions = self.information.clone().solve(&right)?.into_iter();
+        let step = solutions.next()?;
+        let finite = step.iter().all(|x| x.is_finite());
+        finite.then(|| Solved {
+            step,
+            inverse: solutions.collect(),
+        })
     }
 }
 

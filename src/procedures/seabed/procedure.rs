@@ -14,7 +14,8 @@ use super::survey::{
     DEMO, LoadedSeabed, SeabedScenario, SeabedSurveyFile, load, parse_scenario, write,
 };
 use super::trials::SeabedTrials;
-use crate::calibrate::cloud::{Cloud, SensorModel};
+use crate::calibrate::cloud::{Calibrated, Cloud};
+use crate::calibrate::planning::{PlanAsk, Planner};
 use crate::calibrate::seam::{
     Checked, Count, Finished, InputError, Loaded, Procedure, Progress, ScenarioRun, Settings,
     Simulated, Uses, make_folder, provenance, read_truth,
@@ -63,6 +64,15 @@ impl Procedure for SeabedProcedure {
         Ok(Box::new(load(survey)?))
     }
 
+    fn planner(
+        &self,
+        file: &Path,
+        text: &str,
+        ask: &PlanAsk,
+    ) -> Result<Option<Box<dyn Planner>>, InputError> {
+        super::plan::planner(file, text, ask).map(Some)
+    }
+
     fn scenario(&self, file: &Path, text: &str) -> Result<Box<dyn ScenarioRun>, InputError> {
         Ok(Box::new(SeabedRun(parse_scenario(file, text)?)))
     }
@@ -108,8 +118,8 @@ impl Loaded for LoadedSeabed {
         Ok(Finished { result, page })
     }
 
-    fn cloud(&self, model: &SensorModel) -> Result<Option<Cloud<'_>>, InputError> {
-        Ok(Some(super::apply::cloud(self, model)))
+    fn cloud(&self, calibrated: &Calibrated) -> Result<Option<Cloud<'_>>, InputError> {
+        Ok(Some(super::apply::cloud(self, calibrated)))
     }
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {

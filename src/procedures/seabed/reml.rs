@@ -36,19 +36,32 @@ impl Default for Bounds {
     }
 }
 
+/// Slopes of the relief that are steep, one sigma: a twentieth.
+const STEEP: f64 = 0.05;
+
+/// Whether the relief is steep and yet smooth over more than two tiles. Height and length then grow together as the simplex happens to
+/// go, for tiles tell only one figure made of both, and what looks so is no random relief: sand waves do.
+fn is_waves(field: &Field, tile_m: f64) -> bool {
+    let steepness = 3f64.sqrt() * field.sigma_m / field.length_m;
+    field.length_m > 2.0 * tile_m && steepness > STEEP
+}
+
 impl Bounds {
-    /// Which of the parameters lies at a bound (within a hundredth), in words.
+    /// Which of the parameters lies at a bound (within a hundredth), or beyond what tiles of this side can tell, in words.
     #[must_use]
-    pub fn reached(&self, field: &Field) -> Option<String> {
+    pub fn reached(&self, field: &Field, tile_m: f64) -> Option<String> {
         if field.noise_factor > self.noise_factor[1] * 0.99 {
             return Some(format!(
                 "the noise of the soundings is {:.2} times the claimed one",
                 field.noise_factor
             ));
         }
-        if field.sigma_m > self.sigma_m[1] * 0.99 {
-            let words = "the ground is waves or steps, not the random relief that the sigmas are made for: its relief would be more than";
-            return Some(format!("{words} {} m", self.sigma_m[1]));
+        if field.sigma_m > self.sigma_m[1] * 0.99 || is_waves(field, tile_m) {
+            return Some(format!(
+                "the ground is waves or steps, not the random relief that the sigmas are made for: as such it would be {:.1} m high and \
+                 correlated over {:.0} m, from tiles of {tile_m:.0} m",
+                field.sigma_m, field.length_m
+            ));
         }
         (field.length_m < self.length_m[0] * 1.01).then(|| {
             format!(
@@ -220,24 +233,51 @@ mod tests {
             noise_factor: 1.0,
         };
         let bounds = Bounds::default();
-        assert_eq!(bounds.reached(&sound), None);
+        assert_eq!(bounds.reached(&sound, 7.0), None);
         let waves = Field {
             sigma_m: 4.999,
             length_m: 50.0,
             ..sound
         };
-        let words = bounds.reached(&waves).expect("refused");
+        let words = bounds.reached(&waves, 7.0).expect("refused");
         assert!(words.contains("waves"), "{words}");
+        // sand waves of 0.3 m, 14 m long, on three seeds: one ground, three fields
+        for (sigma_m, length_m) in [(1.13, 19.1), (3.02, 36.7), (1.60, 24.3)] {
+            let waves = Field {
+                sigma_m,
+                length_m,
+                ..sound
+            };
+            assert!(bounds.reached(&waves, 7.0).is_some(), "{waves:?}");
+        }
+        // the same in tiles that would see it, and a gentle swell
+        let seen = Field {
+            sigma_m: 1.13,
+            length_m: 19.1,
+            ..sound
+        };
+        let gentle = Field {
+            sigma_m: 0.2,
+            length_m: 30.0,
+            ..sound
+        };
+        assert_eq!(bounds.reached(&seen, 28.0), None);
+        assert_eq!(bounds.reached(&gentle, 7.0), None);
         let noise = Field {
             noise_factor: 1.9,
             ..sound
         };
-        assert!(bounds.reached(&noise).expect("refused").contains("1.90"));
+        assert!(
+            bounds
+                .reached(&noise, 7.0)
+                .expect("refused")
+                .contains("1.90")
+        );
         let swallowed = Field {
             noise_factor: CLAIMED,
             ..sound
         };
-        assert_eq!(bounds.reached(&swallowed), None);
+        assert_eq!(bounds.reached(&swallowed, 7.0), None);
     }
 
     /// A swell of the ground, sounded without an error and claimed to 0.1 m.

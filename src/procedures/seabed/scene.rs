@@ -111,6 +111,12 @@ pub struct Line {
     pub end_s: f64,
     /// Which cast of the water is its own.
     pub cast: usize,
+    /// Height of the water over its level, metres.
+    pub tide_m: f64,
+    /// What the trajectory's heights lack on this line, metres: the tide, where they are heights above the water.
+    pub lift_m: f64,
+    /// Standard deviation of the line's height, metres.
+    pub height_sigma_m: f64,
 }
 
 /// Standard deviations of what is known beforehand; a figure of 0 holds the parameter.
@@ -126,8 +132,6 @@ pub struct Priors {
     pub lever_arm_m: [f64; 2],
     /// Relative error of the sound-speed profile at [`REFERENCE_DEPTH_M`].
     pub deep_sound_speed: f64,
-    /// Tide or datum, one offset of each line, metres.
-    pub line_height_m: f64,
 }
 
 /// Depth below the transducer at which the error of the profile is stated, metres; it grows linearly from the transducer.

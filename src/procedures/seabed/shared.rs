@@ -62,7 +62,16 @@ struct Influence {
     known_m2: f64,
 }
 
-/// What is to be added to the covariance `N^-1`.
+/// The white noise of the INS in the covariance of the parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SharedNoise {
+    /// What is to be added to `N^-1`.
+    pub extra: Covariance,
+    /// All of it.
+    pub all: Covariance,
+}
+
+/// What the white noise of the INS does.
 #[must_use]
 pub fn shared_noise(
     locator: &Locator<'_>,
@@ -70,7 +79,7 @@ pub fn shared_noise(
     alive: &[bool],
     (field, sought): (&Field, &Sought),
     solved: &Solved,
-) -> Covariance {
+) -> SharedNoise {
     let of = |tile: &Tile| {
         let placed = Placed::new(locator.scene, locator, tile, alive);
         influences(locator, &placed, field, sought, solved).unwrap_or_default()
@@ -114,10 +123,10 @@ fn influences(
     (0..placed.numbers.len()).map(one).collect()
 }
 
-/// Sums over the records, less what the blocks have.
-fn together<'a>(all: impl Iterator<Item = &'a Influence>) -> Covariance {
+/// Sums over the records, with and without what the blocks have.
+fn together<'a>(all: impl Iterator<Item = &'a Influence>) -> SharedNoise {
     let mut records: BTreeMap<usize, [Parameters; 6]> = BTreeMap::new();
-    let mut sum = Covariance::zeros();
+    let (mut sum, mut known) = (Covariance::zeros(), Covariance::zeros());
     for one in all {
         for (record, weight) in [(one.record, 1.0 - one.weight), (one.record + 1, one.weight)] {
             let moved = records.entry(record).or_insert([Parameters::zeros(); 6]);
@@ -125,12 +134,15 @@ fn together<'a>(all: impl Iterator<Item = &'a Influence>) -> Covariance {
                 *total += one.parameters * (weight * error);
             }
         }
-        sum -= one.parameters * one.parameters.transpose() * one.known_m2;
+        known += one.parameters * one.parameters.transpose() * one.known_m2;
     }
     for moved in records.values().flatten() {
         sum += moved * moved.transpose();
     }
-    sum
+    SharedNoise {
+        extra: sum - known,
+        all: sum,
+    }
 }
 
 #[cfg(test)]
@@ -154,14 +166,14 @@ mod tests {
         let ping: Vec<Influence> = (0..40).map(|_| beam(7, 0.0)).collect();
         let known = n * 0.25 * 0.002 * 0.002;
         let expected = (n * 0.5 * 0.002_f64).powi(2) - known;
-        assert!((together(ping.iter())[(0, 0)] - expected).abs() < 1e-15);
+        assert!((together(ping.iter()).extra[(0, 0)] - expected).abs() < 1e-15);
     }
 
     /// One beam on each of many records is what the blocks take it for.
     #[test]
     fn beams_on_records_of_their_own_add_nothing() {
         let apart: Vec<Influence> = (0..40).map(|k| beam(3 * k, 0.0)).collect();
-        assert!(together(apart.iter()).amax() < 1e-18);
+        assert!(together(apart.iter()).extra.amax() < 1e-18);
     }
 
     /// Half way between two records the noise is halved in variance, whoever shares it.
@@ -171,7 +183,7 @@ mod tests {
             known_m2: 0.0,
             ..beam(3, 0.5)
         };
-        let variance = together([&middle].into_iter())[(0, 0)];
+        let variance = together([&middle].into_iter()).all[(0, 0)];
         assert!((variance - 0.5 * 0.25 * 4e-6).abs() < 1e-18, "{variance}");
     }
 }

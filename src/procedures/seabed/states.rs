@@ -80,21 +80,22 @@ pub struct Share {
 pub struct States {
     chains: Vec<Chain>,
     heights: usize,
-    height_sigma_m: f64,
-    lines: usize,
+    /// Standard deviation of each line's height, metres.
+    height_sigmas_m: Vec<f64>,
 }
 
 /// Knots of a slow component, seconds: what lies between them stays below a millimetre for an ordinary INS.
 const SLOW_KNOTS_S: f64 = 12.0;
-/// Knots of the height, seconds: its drift falls into the band of the waves, where pitch and yaw have their information.
-const HEIGHT_KNOTS_S: f64 = 2.0;
+/// Knots of the height, seconds: its drift falls into the band of the waves, where pitch and yaw have their information. Straight lines
+/// between knots of 2 s have half the drift's power at a period of 5 s, and the sigma of a pitch by motion alone is an eighth too small.
+const HEIGHT_KNOTS_S: f64 = 1.0;
 /// Most states of one component; longer surveys get wider knots.
-const MOST_KNOTS: usize = 1500;
+const MOST_KNOTS: usize = 200_000;
 
 impl States {
     /// For these lines.
     #[must_use]
-    pub fn new(lines: &[Line], ins: &InsNoise, height_sigma_m: f64) -> Self {
+    pub fn new(lines: &[Line], ins: &InsNoise) -> Self {
         let (mut chains, mut next) = (vec![], 0);
         for component in DRIFTING {
             let (sigma, correlation_s, wanted_s) = spec(component, ins);
@@ -125,15 +126,14 @@ impl States {
         Self {
             chains,
             heights: next,
-            height_sigma_m,
-            lines: lines.len(),
+            height_sigmas_m: lines.iter().map(|l| l.height_sigma_m).collect(),
         }
     }
 
     /// Number of states.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.heights + self.lines
+        self.heights + self.height_sigmas_m.len()
     }
 
     /// Whether there are none.
@@ -204,6 +204,12 @@ impl States {
         self.chains.iter().map(of).collect()
     }
 
+    /// Whether a state is the height of a line.
+    #[must_use]
+    pub fn is_height(&self, state: usize) -> bool {
+        state >= self.heights
+    }
+
     /// Number of the state that is a line's height.
     #[must_use]
     pub fn height_of(&self, line: usize) -> usize {
@@ -234,9 +240,8 @@ impl States {
                 before = Some((state, time_s));
             }
         }
-        for line in 0..self.lines {
-            let information = 1.0 / (self.height_sigma_m * self.height_sigma_m);
-            add(self.heights + line, self.heights + line, information);
+        for (line, sigma_m) in self.height_sigmas_m.iter().enumerate() {
+            add(self.heights + line, self.heights + line, sigma_m.powi(-2));
         }
     }
 }

@@ -367,6 +367,7 @@ fn details(outcome: &SeabedOutcome) -> serde_json::Value {
             "omega_over_freedom": joint.omega_over_freedom,
             "degrees_of_freedom": joint.freedom,
             "tiles": joint.tiles.len(),
+            "lines": heights(outcome, joint),
             "sigmas": sigmas(joint),
             "passes": joint.passes,
             "reasons": judged.reasons,
@@ -382,6 +383,12 @@ fn details(outcome: &SeabedOutcome) -> serde_json::Value {
         _ => {}
     }
     json!({ "layout": outcome.layout, "joint": joint, "patch_test": patch, "features": features })
+}
+
+/// What the height of each line was off by: tide and datum, as far as they differ between lines.
+fn heights(outcome: &SeabedOutcome, joint: &Joint) -> serde_json::Value {
+    let one = |(k, track): (usize, &super::layout::Track)| json!({ "name": track.name, "height_m": joint.line_height_m(k) });
+    outcome.layout.tracks.iter().enumerate().map(one).collect()
 }
 
 /// Each parameter's sigma by the model, by the tiles' scatter, from relief and from motion alone; rad, m, s, 1.
@@ -491,9 +498,18 @@ fn sources(outcome: &SeabedOutcome) -> TextTable {
             .notes
             .iter()
             .map(|note| note.seen.clone())
-            .chain([words])
+            .chain([words, lifted(outcome, joint)])
             .collect(),
     }
+}
+
+/// The heights of the lines in words.
+fn lifted(outcome: &SeabedOutcome, joint: &Joint) -> String {
+    let one = |(k, track): (usize, &super::layout::Track)| {
+        format!("{} {:+.1} cm", track.name, 100.0 * joint.line_height_m(k))
+    };
+    let all: Vec<String> = outcome.layout.tracks.iter().enumerate().map(one).collect();
+    format!("lines lifted by: {}", all.join(", "))
 }
 
 /// Errors against the truth: pitch, roll, yaw, latency.

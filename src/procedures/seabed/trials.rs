@@ -2,13 +2,16 @@
 
 use nalgebra::{DMatrix, Matrix3};
 
+use super::foresight::propagated;
 use super::run::{SeabedInput, calibrate};
 use super::simulate::{Acts, SeabedTruth, simulate};
 use super::survey::load::scene_of;
 use super::survey::{SeabedScenario, write};
 use crate::adjust::Unit;
 use crate::calibrate::choices::Method;
-use crate::calibrate::tried::{Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath};
+use crate::calibrate::tried::{
+    Acting, Propagated, Reason, Said, SoughtParameter, Trial, Tried, TriedPath,
+};
 use crate::calibrate::vary::{Point, VaryError, at};
 use crate::geometry::rotation;
 use crate::results::SourceDescription;
@@ -242,6 +245,16 @@ impl Tried for SeabedTrials {
             seed,
             paths: vec![joint, reference],
         }
+    }
+
+    fn has_derivatives(&self) -> bool {
+        true
+    }
+
+    fn propagated(&self) -> Option<Result<Propagated, String>> {
+        let acting = acting(&self.scenario);
+        let keys = acting.iter().map(|source| source.key);
+        Some(propagated(&self.scenario, self.scenario.seed, keys))
     }
 
     fn varied(&self, point: &Point) -> Result<Box<dyn Tried>, VaryError> {

@@ -160,7 +160,7 @@ fn whole(joint: &Joint, config: &VerdictConfig) -> Vec<Reason> {
             "the claimed noise, the water or the lines do not belong together",
         );
     }
-    if let Some(words) = Bounds::default().reached(&joint.field) {
+    if let Some(words) = Bounds::default().reached(&joint.field, joint.tile_m) {
         refuse(
             "field",
             words,

@@ -2,7 +2,7 @@
 
 const COLOURS = SOUGHT.map((_, i) => WHEEL[i % WHEEL.length]);
 const WANTED = shownOf(RESULT.wanted);
-const inWanted = six => { const shown = shownOf(six); return shown ? shown.map((v, i) => v / WANTED[i]) : null; };
+const inWanted = six => { const shown = shownOf(six); return shown ? shown.map((v, i) => missing(v) ? null : v / WANTED[i]) : null; };
 const parameterKeys = () => keys(SOUGHT.map((p, i) => ({ name: p.name, colour: COLOURS[i], dash: "" })));
 
 function buildHead() {
@@ -46,13 +46,13 @@ function notOffered() {
 }
 
 function candidateBars(parameter, i) {
-  const rows = OFFERED.map(({ pass, six, k }) => ({ name: shortName(pass), six, k })), chosen = RESULT.chosen.length ? RESULT.chosen[0].candidate : -1;
+  const rows = OFFERED.map(({ pass, six, k }) => ({ name: RESULT.faces_from_above_m.length ? shortName(pass) : pass.name, six, k })).filter(r => !missing(r.six[i])), chosen = RESULT.chosen.length ? RESULT.chosen[0].candidate : -1;
   const sailed = shownOf(RESULT.sailed_standard_deviation), width = 380, left = Math.max(60, 6.3 * Math.max(...rows.map(r => r.name.length)) + 10), right = 44, row = 17, top = 4, bottom = top + row * rows.length;
-  const values = rows.filter(r => r.six).map(r => r.six[i]), end = 1.05 * Math.max(...values, sailed ? sailed[i] : 0, 1e-12), at = v => left + v / end * (width - left - right);
+  const values = rows.filter(r => r.six).map(r => r.six[i]), end = 1.05 * Math.max(...values, sailed && !missing(sailed[i]) ? sailed[i] : 0, 1e-12), at = v => left + v / end * (width - left - right);
   const bars = rows.flatMap((r, k) => [text(left - 6, top + (k + 0.5) * row + 4, r.name, { "text-anchor": "end", style: `font-size:11px${r.k === chosen ? ";font-weight:700" : ""}` }),
     svg("rect", { x: left, y: top + k * row + 3, width: Math.max(0.5, at(r.six[i]) - left), height: row - 5, fill: COLOURS[i], "fill-opacity": r.k === chosen ? 1 : 0.5 }),
     text(at(r.six[i]) + 4, top + (k + 0.5) * row + 4, short(r.six[i]), { class: "soft over", style: "font-size:11px" })]);
-  const lines = [[WANTED[i], "#1a7f4b"], ...(sailed ? [[sailed[i], "#5b6b78"]] : [])].filter(([v]) => v <= end).map(([v, colour]) => svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "5 3" }));
+  const lines = [[WANTED[i], "#1a7f4b"], ...(sailed && !missing(sailed[i]) ? [[sailed[i], "#5b6b78"]] : [])].filter(([v]) => v <= end).map(([v, colour]) => svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "5 3" }));
   return el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  sigma, ${parameter.unit}`)), picture(width, bottom + 6, `candidates, ${parameter.name}`, lines, bars));
 }
 
@@ -64,11 +64,31 @@ function buildCandidates() {
 
 // COURSES FROM ABOVE
 
+/** Without a target: the courses on the map, north up, metres about the first begin. */
+function buildChart(passes, colours) {
+  const placed = passes.filter(({ pass }) => pass.begin_deg && pass.end_deg);
+  if (!placed.length) return;
+  const [lat0, lon0] = placed[0].pass.begin_deg, metres = ([lat, lon]) => [(lon - lon0) * 111320 * Math.cos(lat0 * Math.PI / 180), (lat - lat0) * 110870];
+  const ends = placed.map(({ pass }) => [metres(pass.begin_deg), metres(pass.end_deg)]), all = ends.flat(), span = k => [Math.min(...all.map(p => p[k])), Math.max(...all.map(p => p[k]))];
+  const [[west, east], [south, north]] = [span(0), span(1)], size = Math.min(700 / Math.max(east - west, 1), 480 / Math.max(north - south, 1)), left = 60, top = 20, width = left + (east - west) * size + 60, height = top + (north - south) * size + 60;
+  const at = ([x, y]) => [left + (x - west) * size, top + (north - y) * size], same = {};
+  const drawn = placed.map(({ pass, kind }, k) => {
+    const [[x1, y1], [x2, y2]] = ends[k].map(at), key = [x1 + x2, y1 + y2].map(v => v.toFixed(0)).join(), n = same[key] = (same[key] || 0) + 1, far = Math.hypot(x2 - x1, y2 - y1) || 1, [u, v] = [(x2 - x1) / far, (y2 - y1) / far], off = 6 * (n - 1) * (u + v < 0 ? -1 : 1), [dx, dy] = [-v * off, u * off];
+    return svg("g", {}, svg("title", {}, `${kind}: ${pass.name}`), svg("line", { x1: x1 + dx, y1: y1 + dy, x2: x2 + dx, y2: y2 + dy, stroke: colours[kind], "stroke-width": kind === "candidate" ? 1.4 : 2.4 }),
+      svg("path", { d: `M${x2 + dx} ${y2 + dy} l${-8 * u - 3.5 * v} ${-8 * v + 3.5 * u} l${7 * v} ${-7 * u} Z`, fill: colours[kind] }));
+  });
+  const across = ticks(west, east, 5).map(x => text(at([x, south])[0], height - 20, short(x), { "text-anchor": "middle", class: "soft" })), up = ticks(south, north, 6).map(y => text(left - 8, at([west, y])[1] + 4, short(y), { "text-anchor": "end", class: "soft" }));
+  add("courses", "The courses from above", keys([...(RESULT.sailed.length ? [{ name: "sailed", colour: colours.sailed, dash: "" }] : []), { name: "chosen", colour: colours.chosen, dash: "" }, { name: "other candidates", colour: colours.candidate, dash: "" }]),
+    picture(width, height, "courses from above", drawn, across, up, text((left + width) / 2, height - 3, "east, m", { "text-anchor": "middle", class: "soft" }), text(12, height / 2, "north, m", { transform: `rotate(-90 12 ${height / 2})`, "text-anchor": "middle", class: "soft" })),
+    note("North is up. Courses on one track are drawn side by side."));
+}
+
 /** Seen from above with the wall at the top, the target's +Y runs to the left. */
 function buildCourses() {
   const passes = [...RESULT.sailed.map(pass => ({ pass, kind: "sailed" })), ...RESULT.candidates.map((c, k) => ({ refusal: c.refusal, pass: c.pass, kind: RESULT.chosen.some(s => s.candidate === k) ? "chosen" : "candidate", times: RESULT.chosen.filter(s => s.candidate === k).length })).filter(c => !c.refusal)];
   if (!passes.length) return;
   const colours = { sailed: "#1c2730", chosen: "#0b63a5", candidate: "#b9c4cc" };
+  if (!RESULT.faces_from_above_m.length) return buildChart(passes, colours);
   const faces = RESULT.faces_from_above_m, along = [...faces.flat().map(p => p[0]), ...passes.flatMap(({ pass }) => [pass.from_m, pass.to_m])], far = Math.max(...passes.map(({ pass }) => pass.distance_m));
   const low = Math.min(...along) - 1, high = Math.max(...along) + 1, behind = Math.max(0.6, ...faces.flat().map(p => p[1])) + 0.4;
   const size = Math.min(860 / (high - low), 520 / (far + behind + 1.4)), left = 52, top = 12, width = left + (high - low) * size + 150, height = top + (far + behind + 1.2) * size + 34;
@@ -118,7 +138,7 @@ function buildVariations() {
 // TABLES
 
 const UNITS = SOUGHT.map(p => number(`${p.name}, ${p.unit}`));
-const cells = six => { const shown = shownOf(six); return shown ? shown.map(v => number(short(v))) : SOUGHT.map(() => number("-")); };
+const cells = six => { const shown = shownOf(six); return shown ? shown.map(v => number(missing(v) ? "-" : short(v))) : SOUGHT.map(() => number("-")); };
 
 function buildTables() {
   const pass = p => [p.name, number(`${short(p.from_m)} to ${short(p.to_m)}`)];

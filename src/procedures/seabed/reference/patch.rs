@@ -276,7 +276,12 @@ impl<'a> Duel<'a> {
             (off_m, 1.0 / (a.variance + b.variance + 1e-4))
         };
         let offs: Vec<(f64, f64)> = both.map(off).collect();
-        let heights_m2 = 2.0 * self.scene.priors.line_height_m.powi(2);
+        let height_m2 = |side: &Vec<usize>| {
+            let sounding = side.first().map(|k| &self.scene.soundings[*k]);
+            let line = sounding.map(|s| &self.scene.lines[usize::from(s.line)]);
+            line.map_or(0.0, |line| line.height_sigma_m.powi(2))
+        };
+        let heights_m2 = self.soundings.iter().map(height_m2).sum();
         (offs.len() >= least.max(9)).then(|| (misfit(&offs, heights_m2), offs.len()))
     }
 

@@ -260,6 +260,9 @@ impl<'a> Boat<'a> {
                 start_s,
                 end_s: start_s + way.norm() / course.speed_m_s,
                 cast: 0,
+                tide_m: 0.0,
+                lift_m: 0.0,
+                height_sigma_m: self.scenario.site.line_height_sigma_m,
             };
             start_s = line.end_s + TURN_S;
             line

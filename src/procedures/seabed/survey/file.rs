@@ -45,6 +45,9 @@ section! {
         reference: ReferenceConfig = or (ReferenceConfig::default()), Kind::Table(ReferenceConfig::KEYS);
         /// Limits of the verdict, and findings that the surveyor accepts.
         verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
+        /// A cast of the water, instead of `[sound_speed] profile`; as many as were taken.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        cast: Vec<CastSection> = or (vec![]), Kind::Tables(CastSection::KEYS);
         /// One line; as many as were sailed.
         line: Vec<LineSection> = required, Kind::Tables(LineSection::KEYS);
     }
@@ -120,6 +123,19 @@ section! {
         profile: Option<String> = or (None), Kind::Text;
         /// Relative error of the profile 20 m below the transducer, growing linearly from there, one sigma; 0 holds it.
         profile_sigma: f64 = or (0.0), Kind::Number(limits(0.0, 0.1, "a number from 0 to 0.1"));
+        /// Which water a line has between two casts, at its middle: that of the cast nearest in time, or interpolated between the two.
+        between: String = or ("interpolated".to_owned()), Kind::OneOf(&["interpolated", "nearest"]);
+    }
+}
+
+section! {
+    /// `[[cast]]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct CastSection {
+        /// Path of the profile.
+        path: String = required, Kind::Text;
+        /// When it was taken, seconds on the trajectory's clock.
+        time_s: f64 = required, Kind::Number(TIME);
     }
 }
 
@@ -169,6 +185,25 @@ section! {
         start_s: f64 = required, Kind::Number(TIME);
         /// End, seconds.
         end_s: f64 = required, Kind::Number(TIME);
+        /// Tide: the water's height over `[site] water_level_m` on this line, metres. Heights from the heave are lifted by it.
+        tide_m: f64 = or (0.0), Kind::Number(limits(-50.0, 50.0, "metres from -50 to 50"));
+        /// Tide or datum: how well the heights of this line are known, metres, one sigma; without it `[site] line_height_sigma_m`.
+        datum_sigma_m: Option<f64> = or (None), Kind::Number(SIGMA_M);
+    }
+}
+
+impl LineSection {
+    /// Without a tide of its own.
+    #[must_use]
+    pub fn new(name: String, files: Vec<String>, [start_s, end_s]: [f64; 2]) -> Self {
+        Self {
+            name,
+            files,
+            start_s,
+            end_s,
+            tide_m: 0.0,
+            datum_sigma_m: None,
+        }
     }
 }
 
@@ -237,18 +272,21 @@ impl SeabedSurveyFile {
             heave_lag_s: self.seabed.heave_lag_sigma_s,
             lever_arm_m: [right, forward],
             deep_sound_speed: self.sound_speed.profile_sigma,
-            line_height_m: self.site.line_height_sigma_m,
         }
     }
 
     /// The lines.
     #[must_use]
     pub fn lines(&self) -> Vec<Line> {
+        let above_water = self.trajectory.heights == "heave";
         let one = |l: &LineSection| Line {
             name: l.name.clone(),
             start_s: l.start_s,
             end_s: l.end_s,
             cast: 0,
+            tide_m: l.tide_m,
+            lift_m: if above_water { l.tide_m } else { 0.0 },
+            height_sigma_m: l.datum_sigma_m.unwrap_or(self.site.line_height_sigma_m),
         };
         self.line.iter().map(one).collect()
     }

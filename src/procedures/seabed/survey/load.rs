@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Vector3;
 
 use super::super::scene::{Line, Scene, Sounding, Water, wave_heave_m};
+use super::casts;
 use super::file::SeabedSurveyFile;
 use super::recorded::{self, recorder_files};
 use crate::calibrate::cloud::Beam;
@@ -41,6 +42,9 @@ pub struct LoadedSeabed {
     pub recorders: Vec<PathBuf>,
 }
 
+/// The profile that all lines have.
+const PROFILE: [&str; 2] = ["sound_speed", "profile"];
+
 /// Keys that name a file.
 const FILES: &[[&str; 2]] = &[
     ["trajectory", "path"],
@@ -74,30 +78,38 @@ pub fn load(path: &Path) -> Result<LoadedSeabed, SurveyError> {
 /// A survey whose soundings are a CSV.
 fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, SurveyError> {
     let file = parse_survey(path, text, Some(folder))?;
-    let named = [
-        &file.trajectory.path,
-        &file.sound_speed.profile,
-        &file.multibeam.path,
-    ];
-    let named = named.map(|name| name.clone().unwrap_or_default());
-    let [trajectory, profile, soundings] = named.each_ref().map(|name| folder.join(name));
+    let one = |name: &Option<String>| name.clone().unwrap_or_default();
+    let [trajectory, soundings] =
+        [&file.trajectory.path, &file.multibeam.path].map(|name| folder.join(one(name)));
     let mut problems = vec![];
     let records = read_trajectory(&trajectory, file.trajectory.invalid).map_err(SurveyError::from);
     let records = keep(&mut problems, records);
-    let cast = sound_speed_csv::read(&profile).map_err(SurveyError::from);
-    let cast = keep(&mut problems, cast);
+    let water = keep(&mut problems, waters(&file, folder));
     let observed = read_soundings(&soundings, file.multibeam.invalid).map_err(SurveyError::from);
     let observed = keep(&mut problems, observed);
-    let (Some(mut records), Some(cast), Some(mut observed)) = (records, cast, observed) else {
+    let (Some(mut records), Some(water), Some(mut observed)) = (records, water, observed) else {
         return Err(SurveyError { problems });
     };
     let mut notes = std::mem::take(&mut records.notes);
     notes.append(&mut observed.notes);
-    let inputs = digests(path, folder, &named.each_ref().map(String::as_str))?;
+    let casts = file.cast.iter().map(|cast| cast.path.clone());
+    let named: Vec<String> = std::iter::once(one(&file.trajectory.path))
+        .chain(file.sound_speed.profile.clone())
+        .chain(casts)
+        .chain([one(&file.multibeam.path)])
+        .collect();
+    let inputs = digests(
+        path,
+        folder,
+        &named.iter().map(String::as_str).collect::<Vec<_>>(),
+    )?;
     let read = observed.time_s.len();
     let arm_m = Vector3::from(file.trajectory.lever_arm_m);
     let records = at_reference(records, &arm_m, file.site.ellipsoid);
-    let scene = scene(&file, records, &[cast], &observed);
+    let (profiles, said) = water;
+    notes.extend(said);
+    let mut scene = scene(&file, records, &profiles, &observed);
+    one_each(&mut scene, &profiles);
     none_of(clock_problems(&scene, &observed, &soundings))?;
     notes.extend(uncovered(&scene));
     Ok(LoadedSeabed {
@@ -108,6 +120,27 @@ fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, Su
         notes,
         recorders: vec![],
     })
+}
+
+/// The water: one profile, or one of each line and what it is made of.
+fn waters(
+    file: &SeabedSurveyFile,
+    folder: &Path,
+) -> Result<(Vec<SoundSpeedProfile>, Vec<String>), SurveyError> {
+    if file.cast.is_empty() {
+        let path = folder.join(file.sound_speed.profile.as_deref().unwrap_or_default());
+        return Ok((vec![sound_speed_csv::read(&path)?], vec![]));
+    }
+    let casts = casts::read(file, folder)?;
+    let interpolated = file.sound_speed.between == "interpolated";
+    Ok(casts::of_lines(&casts, &file.lines(), interpolated))
+}
+
+/// Gives each line its own of as many profiles.
+fn one_each(scene: &mut Scene, profiles: &[SoundSpeedProfile]) {
+    for (k, line) in scene.lines.iter_mut().enumerate() {
+        line.cast = k.min(profiles.len() - 1);
+    }
 }
 
 /// A survey of recorder files.
@@ -122,12 +155,23 @@ fn of_recorders(
     none_of(line_problems(&document, &from.file))?;
     let named: Vec<&str> = from.named.iter().map(String::as_str).collect();
     let inputs = digests(path, folder, &named)?;
-    let profiles: Vec<SoundSpeedProfile> = from.casts.iter().map(|cast| cast.1.clone()).collect();
+    let named = !from.file.cast.is_empty();
+    let profiles = if named {
+        let (profiles, said) = waters(&from.file, folder)?;
+        from.notes.extend(said);
+        profiles
+    } else {
+        from.casts.iter().map(|cast| cast.1.clone()).collect()
+    };
     let mut scene = scene(&from.file, from.trajectory, &profiles, &from.soundings);
-    for line in &mut scene.lines {
-        line.cast = recorded::cast_of(&from.casts, line.start_s);
+    if named {
+        one_each(&mut scene, &profiles);
+    } else {
+        for line in &mut scene.lines {
+            line.cast = recorded::cast_of(&from.casts, line.start_s);
+        }
     }
-    if profiles.len() > 1 {
+    if profiles.len() > 1 && !named {
         let of = |line: &Line| format!("{} cast {}", line.name, line.cast + 1);
         let each: Vec<String> = scene.lines.iter().map(of).collect();
         let count = profiles.len();
@@ -185,7 +229,14 @@ pub fn parse_survey(
     let mut problems = schema::check(&document, SeabedSurveyFile::KEYS);
     let missing = folder.map(|folder| missing_files(&document, folder, FILES));
     problems.extend(missing.into_iter().flatten());
-    let absent = FILES.iter().filter(|key| document.get(*key).is_none());
+    let by_casts = |key: &[&str; 2]| *key == PROFILE && document.get(&["cast"]).is_some();
+    if document.get(&PROFILE).is_some() && by_casts(&PROFILE) {
+        let expected = "one of the two: a profile for all lines, or casts";
+        problems.push(document.problem(&PROFILE, "a profile and [[cast]]", expected));
+    }
+    let absent = FILES
+        .iter()
+        .filter(|key| document.get(*key).is_none() && !by_casts(key));
     problems.extend(absent.map(|key| {
         document.problem(
             key,

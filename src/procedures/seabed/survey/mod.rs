@@ -1,5 +1,6 @@
 //! Files of a seabed calibration: the survey file and everything that it names in memory, the scenario, a simulated survey written.
 
+mod casts;
 pub mod export;
 mod external;
 pub mod file;

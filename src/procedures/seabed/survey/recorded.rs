@@ -129,6 +129,7 @@ pub(super) fn load(
     named.extend(file.trajectory.path.clone());
     named.extend(file.trajectory.accuracies.clone());
     named.extend(file.sound_speed.profile.clone());
+    named.extend(file.cast.iter().map(|cast| cast.path.clone()));
     level(
         &mut file,
         &given,
@@ -374,12 +375,8 @@ fn lines(
         let line = |(name, of): (&String, &ObservedFile)| {
             let (start_s, end_s) = of.span_s?;
             let stem = Path::new(name).file_stem().unwrap_or_default();
-            Some(LineSection {
-                name: stem.to_string_lossy().into_owned(),
-                files: vec![name.clone()],
-                start_s,
-                end_s,
-            })
+            let stem = stem.to_string_lossy().into_owned();
+            Some(LineSection::new(stem, vec![name.clone()], [start_s, end_s]))
         };
         let each = names.iter().zip(&observed.files);
         file.line = each.filter_map(line).collect();
@@ -450,6 +447,10 @@ fn casts(
     observed: &Observed,
     paths: &[PathBuf],
 ) -> Result<Vec<(Option<f64>, SoundSpeedProfile)>, SurveyError> {
+    if !file.cast.is_empty() {
+        let casts = super::casts::read(file, folder)?;
+        return Ok(casts.into_iter().map(|(t, c)| (Some(t), c)).collect());
+    }
     if let Some(profile) = &file.sound_speed.profile {
         return Ok(vec![(None, sound_speed_csv::read(&folder.join(profile))?)]);
     }

@@ -40,7 +40,9 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
         sound_speed: SoundSpeedSection {
             profile: Some("sound_speed.csv".to_owned()),
             profile_sigma: scenario.profile_sigma,
+            between: "interpolated".to_owned(),
         },
+        cast: vec![],
         multibeam: MultibeamSection {
             path: Some("multibeam.csv".to_owned()),
             paths: vec![],
@@ -62,11 +64,9 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
         line: survey
             .lines
             .iter()
-            .map(|l| LineSection {
-                name: l.name.clone(),
-                files: vec![],
-                start_s: l.start_s - 0.5,
-                end_s: l.end_s + 0.5,
+            .map(|l| {
+                let span_s = [l.start_s - 0.5, l.end_s + 0.5];
+                LineSection::new(l.name.clone(), vec![], span_s)
             })
             .collect(),
     }
