@@ -56,7 +56,7 @@ pub fn foresee(scenario: &SeabedScenario, seed: u64) -> Result<Foresight, JointE
     let config: JointSettings = file.joint(seed);
     let joint = foreseen(&scene, &config, mounting, truth.latency_s, field)?;
     let layout = Layout::new(&scene, &joint.tiles);
-    let judged = judge(&joint, &layout, &config.seabed);
+    let judged = judge(&joint, &layout, &config);
     Ok(Foresight { joint, judged })
 }
 

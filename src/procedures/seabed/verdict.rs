@@ -206,7 +206,8 @@ fn by_share(joint: &Joint, config: &VerdictConfig) -> Option<Reason> {
 }
 
 fn share_of(joint: &Joint, config: &VerdictConfig) -> Option<Finding> {
-    let used = joint.passes.last().map_or(0, |pass| pass.soundings);
+    // of a survey that is only foreseen nothing was rejected
+    let used = joint.passes.last()?.soundings;
     let soundings = Share {
         name: "soundings of the common tiles".to_owned(),
         candidates: used + joint.rejected,
