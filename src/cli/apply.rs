@@ -49,16 +49,14 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.calibration.display()));
     let result = read_result(&args.calibration)?;
     let mut calibrated = calibrated(&args.calibration, &result, procedure.name(), args.solution)?;
-    if !same_survey(&result, survey.inputs()) {
-        // the heights are of lines that this survey does not have, whatever its own are called
-        calibrated.line_heights_m.clear();
-    }
+    let others = others_heights(&mut calibrated, &result, survey.inputs());
     let Some(cloud) = survey.cloud(&calibrated)? else {
         let (file, procedure) = (args.survey.clone(), procedure.name());
         return Err(CliError::NoPoints { file, procedure });
     };
     let mut notes = survey.notes().to_vec();
     notes.extend(other_files(&result, survey.inputs()));
+    notes.extend(others);
     written(args, cloud, &notes, talk)
 }
 
@@ -125,7 +123,7 @@ fn other_files(result: &Calibration, inputs: &[InputFile]) -> Vec<String> {
     let then = &result.provenance.inputs;
     let known = |input: &&InputFile| then.iter().any(|i| i.sha256 == input.sha256);
     let changed = |input: &&InputFile| !known(input) && then.iter().any(|i| i.path == input.path);
-    if !same_survey(result, inputs) {
+    if !inputs.iter().any(|i| known(&i)) {
         return vec!["the calibration was made from other files than this survey's".to_owned()];
     }
     let changed = inputs.iter().filter(changed);
@@ -134,11 +132,22 @@ fn other_files(result: &Calibration, inputs: &[InputFile]) -> Vec<String> {
         .collect()
 }
 
-/// Whether the calibration was made from a file of this survey.
-fn same_survey(result: &Calibration, inputs: &[InputFile]) -> bool {
+/// Takes away heights of lines that are not of this very survey, whatever its own lines are called, and says so.
+fn others_heights(
+    calibrated: &mut Calibrated,
+    result: &Calibration,
+    inputs: &[InputFile],
+) -> Option<String> {
     let then = &result.provenance.inputs;
     let known = |input: &InputFile| then.iter().any(|i| i.sha256 == input.sha256);
-    inputs.iter().any(known)
+    if inputs.iter().all(known) || calibrated.line_heights_m.is_empty() {
+        return None;
+    }
+    calibrated.line_heights_m.clear();
+    Some(
+        "the heights of lines that the calibration found are of other files and are not applied"
+            .to_owned(),
+    )
 }
 
 fn refuse_extension(path: &Path, good: &[&str], expected: &str) -> Result<(), CliError> {
