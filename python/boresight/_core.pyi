@@ -119,7 +119,11 @@ class Survey:
         progress: _Progress | None = None,
     ) -> dict[str, Any]: ...
     def cloud(
-        self, model: Sequence[float], threads: int | None = None, progress: _Progress | None = None
+        self,
+        model: Sequence[float],
+        of: tuple[Finished, str] | None = None,
+        threads: int | None = None,
+        progress: _Progress | None = None,
     ) -> dict[str, Any] | None: ...
 
 @final

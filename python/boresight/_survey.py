@@ -587,9 +587,11 @@ def cloud(
 ) -> Cloud:
     """All points of a pool or seabed survey under a calibration; those without a position are left out.
 
-    :exc:`InputError` for a survey whose sensors give no points. ``boresight apply`` writes the same points as LAS or LAZ.
+    Of a whole result, what it found of heave and heights of lines is applied too (seabed). :exc:`InputError` for a survey whose sensors
+    give no points. :func:`apply` writes the same points as LAS or LAZ.
     """
-    found = survey._handle.cloud(_model(result), threads=threads, progress=told(progress))
+    of = (result._finished, result.require().solution.name) if isinstance(result, Result) else None
+    found = survey._handle.cloud(_model(result), of, threads=threads, progress=told(progress))
     if found is None:
         expected = "a pool or seabed survey"
         raise InputError.of([Fault("cloud", "survey", f"a {survey.procedure} survey, whose sensors give no points", expected)])

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use boresight::adjust::Figures;
 use boresight::calibrate::choices::Method;
-use boresight::calibrate::cloud::SensorModel;
+use boresight::calibrate::cloud::{Calibrated, SensorModel};
 use boresight::nalgebra::{Matrix3, Vector3};
 use boresight::observe::{
     Acts, Extra, GeodeticTrajectory, LaserCoordinates, LaserNoise, LaserScan, Mounting, Outside,
@@ -18,6 +18,7 @@ use boresight::procedures::pool::survey::{Arrays, LoadedSurvey, load, parse_targ
 use boresight::procedures::pool::ties::{PlacedBy, Tie, TieSet};
 use boresight::procedures::pool::{PoolInput, Scene, calibrate};
 use boresight::procedures::{of_file, scenario, scenario_text};
+use boresight::results::InputFile;
 use boresight::watch::Watch;
 use boresight::{InputError, Loaded, Settings};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
@@ -274,18 +275,22 @@ impl Survey {
     }
 
     /// All points of a survey under a model, in order of time: geocentric metres (n, 3), seconds, source counted from 1, row in its
-    /// file; and the names of the sources. `None` where the procedure's sensors give no points.
-    #[pyo3(signature = (model, threads=None, progress=None))]
+    /// file; and the names of the sources. `None` where the procedure's sensors give no points. `of` is the result whose solution of
+    /// that name the model is: what it found of heave and heights of lines is applied too.
+    #[pyo3(signature = (model, of=None, threads=None, progress=None))]
     fn cloud<'py>(
         &self,
         py: Python<'py>,
         model: [f64; 14],
+        of: Option<(Py<Finished>, String)>,
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
         let survey = self.shared();
         let found = run(py, threads, progress, move |caller| {
-            let Some(cloud) = survey.loaded().cloud(&sensor_model(&model))? else {
+            let inputs = survey.loaded().inputs();
+            let calibrated = calibrated(sensor_model(&model), of.as_ref(), inputs);
+            let Some(cloud) = survey.loaded().cloud(&calibrated)? else {
                 return Ok(None);
             };
             let (total, sources) = (cloud.total, cloud.sources);
@@ -482,6 +487,24 @@ fn sensor_model(m: &[f64; 14]) -> SensorModel {
         latency_s: m[12],
         range_scale: m[13],
     }
+}
+
+/// What a solution of a result changes of a survey with these inputs, by a sensor model that is its own; the sensor alone without one.
+fn calibrated(
+    sensor: SensorModel,
+    of: Option<&(Py<Finished>, String)>,
+    inputs: &[InputFile],
+) -> Calibrated {
+    let found = of.and_then(|(finished, name)| {
+        let result = &finished.get().0.result;
+        let mut named = result.solutions.named();
+        let (_, solution) = named.find(|(known, _)| known == name)?;
+        let mut found = Calibrated::of(result, solution)?;
+        found.without_heights_of_others(result, inputs);
+        Some(found)
+    });
+    let plain = Calibrated::from(sensor);
+    found.map_or(plain, |found| Calibrated { sensor, ..found })
 }
 
 /// A table of keys given as JSON, as TOML.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 import boresight as bs
@@ -39,3 +40,16 @@ def test_what_is_wrong_is_said(pool: bs.Survey, result: bs.Result, tmp_path: pat
     with pytest.raises(bs.InputError, match=r"no\.toml"):
         bs.apply(tmp_path / "no.toml", result, tmp_path / "a.laz")
     assert not (tmp_path / "a.laz").exists()
+
+
+def test_heights_of_lines_are_applied_to_their_own_survey(surveys: Callable[[str], pathlib.Path], tmp_path: pathlib.Path) -> None:
+    """A whole result moves a line by what it was off; the mounting alone does not."""
+    survey = bs.read_survey(surveys("seabed"))
+    result = bs.calibrate(survey, method="joint")
+    if not result.usable:
+        pytest.skip("this thin survey is not usable")
+    whole, alone = bs.cloud(survey, result), bs.cloud(survey, result.mounting)
+    lifted = np.unique(np.round(np.linalg.norm(whole.xyz_m - alone.xyz_m, axis=1), 4))
+    assert lifted.max() > 0.001
+    written = bs.apply(survey, result, tmp_path / "a.laz", surface=tmp_path / "bed.tif", cell_m=2.0)
+    assert written.points == len(whole) and (tmp_path / "bed.tif").stat().st_size > 1000

@@ -8,7 +8,7 @@ use crate::geometry::Ellipsoid;
 use crate::geometry::ellipsoid::Geodetic;
 use crate::geometry::frames::{Ecef, Point};
 use crate::observe::Mounting;
-use crate::results::{Calibration, Solution};
+use crate::results::{Calibration, InputFile, Solution};
 
 /// Points georeferenced at a time.
 pub const CHUNK: usize = 65_536;
@@ -134,5 +134,32 @@ impl Calibrated {
             heave_lag_s: value("heave lag"),
             line_heights_m: lines.filter_map(height).collect(),
         })
+    }
+
+    /// Takes away heights of lines that are not of this very survey, whatever its own lines are called; whether there were such.
+    pub fn without_heights_of_others(
+        &mut self,
+        result: &Calibration,
+        inputs: &[InputFile],
+    ) -> bool {
+        let then = &result.provenance.inputs;
+        let known = |input: &InputFile| then.iter().any(|i| i.sha256 == input.sha256);
+        if inputs.iter().all(known) || self.line_heights_m.is_empty() {
+            return false;
+        }
+        self.line_heights_m.clear();
+        true
+    }
+}
+
+impl From<SensorModel> for Calibrated {
+    /// The sensor alone.
+    fn from(sensor: SensorModel) -> Self {
+        Self {
+            sensor,
+            heave_scale: 0.0,
+            heave_lag_s: 0.0,
+            line_heights_m: BTreeMap::new(),
+        }
     }
 }

@@ -49,14 +49,14 @@ pub fn run(args: &Apply, talk: &Talk) -> Result<Ending, CliError> {
     talk.step(&format!("reading {}", args.calibration.display()));
     let result = read_result(&args.calibration)?;
     let mut calibrated = calibrated(&args.calibration, &result, procedure.name(), args.solution)?;
-    let others = others_heights(&mut calibrated, &result, survey.inputs());
+    let others = calibrated.without_heights_of_others(&result, survey.inputs());
     let Some(cloud) = survey.cloud(&calibrated)? else {
         let (file, procedure) = (args.survey.clone(), procedure.name());
         return Err(CliError::NoPoints { file, procedure });
     };
     let mut notes = survey.notes().to_vec();
     notes.extend(other_files(&result, survey.inputs()));
-    notes.extend(others);
+    notes.extend(others.then(|| OTHERS_HEIGHTS.to_owned()));
     written(args, cloud, &notes, talk)
 }
 
@@ -132,23 +132,9 @@ fn other_files(result: &Calibration, inputs: &[InputFile]) -> Vec<String> {
         .collect()
 }
 
-/// Takes away heights of lines that are not of this very survey, whatever its own lines are called, and says so.
-fn others_heights(
-    calibrated: &mut Calibrated,
-    result: &Calibration,
-    inputs: &[InputFile],
-) -> Option<String> {
-    let then = &result.provenance.inputs;
-    let known = |input: &InputFile| then.iter().any(|i| i.sha256 == input.sha256);
-    if inputs.iter().all(known) || calibrated.line_heights_m.is_empty() {
-        return None;
-    }
-    calibrated.line_heights_m.clear();
-    Some(
-        "the heights of lines that the calibration found are of other files and are not applied"
-            .to_owned(),
-    )
-}
+/// What is said where heights of lines are left out.
+const OTHERS_HEIGHTS: &str =
+    "the heights of lines that the calibration found are of other files and are not applied";
 
 fn refuse_extension(path: &Path, good: &[&str], expected: &str) -> Result<(), CliError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
