@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use super::joint::RailJoint;
 use super::run::RailInput;
 use super::scene::RailScene;
@@ -61,11 +63,15 @@ pub fn named(input: &RailInput, as_given: &RailJoint) -> Option<Finding> {
         );
         tried.extend(fitted(&survey, &rail, input).map(|found| (alternative, found)));
     }
-    for (alternative, undo) in mistakes(&survey) {
-        let mut undone = survey.clone();
-        undo(&mut undone);
-        tried.extend(fitted(&undone, input.rail, input).map(|found| (alternative, found)));
-    }
+    let all = mistakes(&survey).into_par_iter();
+    let undone: Vec<_> = all
+        .filter_map(|(alternative, undo)| {
+            let mut undone = survey.clone();
+            undo(&mut undone);
+            fitted(&undone, input.rail, input).map(|found| (alternative, found))
+        })
+        .collect();
+    tried.extend(undone);
     let given = as_given.tried(&RailScene::new(input.campaign, input.rail));
     best(
         &given,
@@ -154,7 +160,7 @@ fn fitted(campaign: &RailCampaign, rail: &RailProfile, input: &RailInput) -> Opt
     Some(found.tried(&scene))
 }
 
-type Undo = Box<dyn Fn(&mut RailCampaign)>;
+type Undo = Box<dyn Fn(&mut RailCampaign) + Send + Sync>;
 
 fn mistakes(campaign: &RailCampaign) -> Vec<(Alternative, Undo)> {
     let mut all = of_points();
@@ -169,7 +175,7 @@ fn one(
     code: &'static str,
     words: impl Into<String>,
     advice: &'static str,
-    undo: impl Fn(&mut RailCampaign) + 'static,
+    undo: impl Fn(&mut RailCampaign) + Send + Sync + 'static,
 ) -> (Alternative, Undo) {
     (Alternative::new(code, words, advice), Box::new(undo))
 }

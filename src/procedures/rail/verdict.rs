@@ -223,7 +223,11 @@ pub fn preview(scene: &RailScene, input: &RailInput) -> Preview {
         Err(error) => Some(RailRefusal::NotSolved { how: error.clone() }),
     };
     words.extend(refusal.iter().map(ToString::to_string));
-    let first = joint.as_ref().ok();
+    // a table that was not turned explains by itself what does not fit
+    let first = joint
+        .as_ref()
+        .ok()
+        .filter(|_| before(scene, config).is_empty());
     let mistake = first.and_then(|joint| alternatives::suspected(input, scene, joint));
     Preview {
         mistake,
