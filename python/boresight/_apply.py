@@ -101,7 +101,7 @@ def _command(words: list[str]) -> str:
     ended = subprocess.run([sys.executable, "-m", "boresight._command", *words], capture_output=True, text=True, check=False)
     if ended.returncode == 0:
         return ended.stdout
-    said = ended.stderr.strip().removeprefix("error: ")
+    said = ended.stderr.strip().removeprefix("boresight: ")
     if ended.returncode == 2:
         raise InputError(said)
     if ended.returncode == 130:

@@ -39,7 +39,7 @@ class Misra:
 @pytest.mark.parametrize("start", [{"b1": 500.0, "b2": 1e-4}, {"b1": 250.0, "b2": 5e-4}])
 def test_certified_values(start: dict[str, float]) -> None:
     """Both of the certificate's starts, to nine digits; its deviations are scaled by the residuals."""
-    found = solve([Misra()], start, unknown_noise=True, step_tolerance_sigmas=1e-8).require()
+    found = solve([Misra()], start, unknown_noise=True, step_tolerance_sigmas=1e-6).require()
     deviation = np.sqrt(found.variance_factor)
     assert deviation == pytest.approx(CERTIFIED_DEVIATION, rel=1e-9)
     for name, (value, sigma) in CERTIFIED.items():
@@ -71,10 +71,10 @@ class Plane:
 
 def test_many_rows_come_in_batches_and_as_least_squares_says() -> None:
     plane = Plane(10_000)
-    found = solve([plane], {"a": 0.0, "s": [0.0, 0.0]}).require()
+    found = solve([plane], {"a": 0.0, "s": [0.0, 0.0]}, step_tolerance_sigmas=1e-7).require()
     matrix = np.column_stack([np.ones(10_000), plane.xy])
     known, *_ = np.linalg.lstsq(matrix, plane.z, rcond=None)
-    assert np.allclose(np.concatenate([[found.x["a"]], found.x["s"]]), known, rtol=0, atol=1e-12)
+    assert np.allclose(np.concatenate([[found.x["a"]], found.x["s"]]), known, rtol=0, atol=1e-10)
     assert np.allclose(found.covariance, np.linalg.inv(matrix.T @ matrix) * 1e-4, rtol=1e-9)
     assert found.names == ("a", "s 0", "s 1")
     # a variance factor of 9997 degrees of freedom scatters by 0.014
@@ -110,11 +110,12 @@ def test_priors_and_held_unknowns() -> None:
 
 
 class Blind(Plane):
-    """Sees one unknown twice over."""
+    """Sees the sum of two unknowns alone."""
 
     def linearise(self, x: Mapping[str, Any], rows: slice) -> tuple[Any, Any, Any]:
-        misclosure, variance, derivatives = super().linearise(x, rows)
-        return misclosure, variance, derivatives[:, [0, 1, 1]]
+        first = self.xy[rows, 0]
+        misclosure = x["a"] + first * x["s"].sum() - self.z[rows]
+        return misclosure, 1.0, np.column_stack([np.ones_like(first), first, first])
 
 
 def test_what_is_not_determined_is_said() -> None:

@@ -30,7 +30,7 @@ def test_what_is_wrong_is_said(pool: bs.Survey, result: bs.Result, tmp_path: pat
 
     with pytest.raises(bs.InputError, match="found a survey that is in memory alone, expected one from files"):
         bs.apply(same(pool), result, tmp_path / "a.laz")
-    with pytest.raises(bs.InputError, match=r"a\.xyz.*expected \.laz or \.las"):
+    with pytest.raises(bs.InputError, match=r"a\.xyz.*expected one of \.laz or \.las"):
         bs.apply(pool, result, tmp_path / "a.xyz")
     theirs = tmp_path / "theirs.laz"
     theirs.write_bytes(b"mine")

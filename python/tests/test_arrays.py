@@ -284,14 +284,14 @@ def test_figures_of_every_observation(pool: bs.Survey, result: bs.Result) -> Non
     assert np.isnan(beams.redundancy[~used]).all() and np.isfinite(beams.redundancy[used]).all()
     assert result.joint is not None
     groups = {g["name"]: g for g in result.joint.quality["groups"]}
-    for one, name in ((beams, "soundings"), (laser, "returns")):
+    for one, name in ((beams, "multibeam range and angles"), (laser, "laser range and angle")):
         figures = groups[name]
         assert np.nansum(one.redundancy) == pytest.approx(figures["redundancy"], rel=1e-3)
         # normal but for the kernel's tails: the mean square of n of them scatters by sqrt(2 / n)
         count = int((one.face >= 0).sum())
         assert abs(np.nanmean(one.normalised**2) - 1.0) < 6.0 * np.sqrt(2.0 / count) + 0.02
-    # the sign is that of the distance, where the trajectory's errors are not
+    # the sign is the distance's but for the trajectory's errors; by chance a half of 3391 would agree, to 0.01
     agree = np.sign(beams.normalised[used]) == np.sign(beams.residual_m[used])
-    assert agree.mean() > 0.8
+    assert agree.mean() > 0.7
     alone = bs.residuals(pool, method="reference")
     assert np.isnan(alone.redundancy).all() and (alone.face >= 0).sum() > 1000
