@@ -96,7 +96,7 @@ class Survey:
         method: str,
         seed: int | None = None,
         simple: bool = False,
-        extra: Sequence[_Extra] = (),
+        extra: Sequence[_Extra] = ...,
         truth: str | None = None,
         threads: int | None = None,
         progress: _Progress | None = None,
@@ -114,7 +114,7 @@ class Survey:
         self,
         method: str,
         seed: int | None = None,
-        extra: Sequence[_Extra] = (),
+        extra: Sequence[_Extra] = ...,
         threads: int | None = None,
         progress: _Progress | None = None,
     ) -> dict[str, Any]: ...

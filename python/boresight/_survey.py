@@ -555,8 +555,9 @@ def residuals(
         raise InputError.of([Fault("residuals", "sensor", repr(sensor), '"soundings" or "laser"')])
     given = _extras(extra)
     found = survey._handle.residuals(method, seed=seed, extra=given, threads=threads, progress=told(progress))
-    columns = ("face", "residual_m", "sigma_m", "redundancy", "normalised")
-    return Residuals(*(found[f"{sensor}.{name}"] for name in columns), faces=tuple(found["faces"]))
+    names = ("residual_m", "sigma_m", "redundancy", "normalised")
+    figures = {name: found[f"{sensor}.{name}"] for name in names}
+    return Residuals(face=found[f"{sensor}.face"], faces=tuple(found["faces"]), **figures)
 
 
 @dataclass(frozen=True, eq=False)

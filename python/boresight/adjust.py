@@ -15,7 +15,7 @@ points:
 ...         return misclosure, self.variance[rows], np.column_stack([np.ones_like(t), t])
 >>> t = np.arange(5.0)
 >>> found = solve([Line(t, 1.0 + 2.0 * t, 0.1)], {"offset": 0.0, "slope": 0.0})
->>> found.status, round(float(found.x["slope"]), 9), round(found.sigma["slope"], 4), found.redundancy
+>>> found.status, round(found.x["slope"], 6), round(found.sigma["slope"], 4), found.redundancy
 ('converged', 2.0, 0.0316, 3.0)
 
 The misclosure of a condition is what its observation contradicts the unknowns by, with the sign of (model minus observation); its variance
@@ -51,8 +51,9 @@ _MOST_COLUMNS = 32
 class Conditions(Protocol):
     """A set of conditions of one kind."""
 
-    columns: Sequence[str]
-    """Names of the unknowns that it sees, in the order of the derivatives; one of several numbers takes as many columns."""
+    @property
+    def columns(self) -> Sequence[str]:
+        """Names of the unknowns that it sees, in the order of the derivatives; one of several numbers takes as many columns."""
 
     def __len__(self) -> int: ...
 

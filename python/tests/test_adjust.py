@@ -1,5 +1,6 @@
 """The engine on conditions of Python: certified values, refusals, stops."""
 
+# mypy: ignore-errors
 from __future__ import annotations
 
 import threading

@@ -1,5 +1,6 @@
 """Clouds as files, by the command underneath."""
 
+# mypy: ignore-errors
 from __future__ import annotations
 
 import pathlib
