@@ -220,10 +220,7 @@ impl Survey {
                 return Err(Failure::Refused(text.to_owned()));
             };
             let nominal = SensorModel::plain(survey.campaign.sonar);
-            let model = PlacedBy {
-                sensor: model.map_or(nominal, |m| sensor_model(&m)),
-                extras: &[],
-            };
+            let model = PlacedBy::from(model.map_or(nominal, |m| sensor_model(&m)));
             let scene = Scene::prepare(&survey.campaign, &survey.target, &survey.pose)
                 .map_err(InputError::unworkable)?;
             let place = |k: usize| -> [f64; 3] {

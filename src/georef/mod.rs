@@ -10,7 +10,6 @@ pub mod refraction;
 pub mod two_arrays;
 
 pub use beam::{Beam, BeamPartials};
-pub use effects::Effects;
 pub use eigenray::{Eigenray, Medium};
 pub use equation::{NormalPartials, along_normal, georeference};
 pub use localise::{Localised, local_trajectory};

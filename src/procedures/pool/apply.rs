@@ -60,10 +60,7 @@ fn points(scene: Scene<'_>, model: SensorModel) -> impl Iterator<Item = Vec<Plac
 fn placed(scene: &Scene<'_>, model: &SensorModel, rows: &[(Sensor, usize, f64)]) -> Vec<Placed> {
     let to_ecef = scene.pose.ecef_from_target();
     let soundings = &scene.campaign.soundings;
-    let model = PlacedBy {
-        sensor: *model,
-        extras: &[],
-    };
+    let model = PlacedBy::from(*model);
     let place = |&(sensor, row, time_s): &(Sensor, usize, f64)| {
         let (in_target, source, beam): (Vector3<f64>, _, _) = match sensor {
             Sensor::Laser => (scene.laser_point(row)?.0, 1, None),

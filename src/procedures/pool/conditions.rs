@@ -11,7 +11,7 @@ use super::judge::Cells;
 use super::scene::Scene;
 use super::ties::{Tie, TrajectoryVariance, return_gain, sounding_variance};
 use crate::adjust::{BlockId, ChainRow, ChainState, Conditions, ParameterSet, Row, tangent_basis};
-use crate::georef::{Beam, BeamPartials, Effects};
+use crate::georef::{Beam, BeamPartials, effects};
 use crate::observe::{Acts, MOST_EXTRAS, Mounting, PoseSample, Trajectory};
 
 /// Where the unknown plane of a face lives in the parameters.
@@ -299,7 +299,7 @@ impl SoundingConditions<'_> {
         for (value, id) in values.iter_mut().zip(self.extras) {
             *value = x.euclidean(*id)[0];
         }
-        Effects::new(self.scene.extras, &values).act(tie.row as usize, beam)
+        effects::act(self.scene.extras, &values, tie.row as usize, beam)
     }
 
     /// Derivatives by the caller's own unknowns, at the adjusted observation.

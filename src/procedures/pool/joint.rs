@@ -21,6 +21,7 @@ use crate::adjust::{
     AdjustError, BlockId, ChainModel, Estimate, Observability, ParameterSet, Problem, Quality,
     Snooped, Solution, Status, VarianceComponent,
 };
+use crate::calibrate::cloud::SensorModel;
 use crate::calibrate::driver::{self, Model, Next, Pass, Schedule};
 use crate::calibrate::verdict::Doubted;
 use crate::geometry::plane::Plane;
@@ -71,6 +72,25 @@ pub struct Blocks {
     pub extras: Vec<BlockId>,
     /// Plane of every face, where its group was seen by the scanner.
     pub faces: Vec<Option<FacePlane>>,
+}
+
+impl Blocks {
+    /// Mounting, latency and range scale at these parameters.
+    #[must_use]
+    pub fn sensor(&self, x: &ParameterSet) -> SensorModel {
+        let value = |id: Option<BlockId>| id.map_or(0.0, |id| x.euclidean(id)[0]);
+        SensorModel {
+            mounting: self.mounting.at(x),
+            latency_s: value(self.latency),
+            range_scale: value(self.range_scale),
+        }
+    }
+
+    /// Values of the caller's own unknowns at these parameters.
+    #[must_use]
+    pub fn own(&self, x: &ParameterSet) -> Vec<f64> {
+        self.extras.iter().map(|id| x.euclidean(*id)[0]).collect()
+    }
 }
 
 /// What the joint path ended with.

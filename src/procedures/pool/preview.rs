@@ -7,12 +7,11 @@ use super::alternatives;
 use super::config::JointConfig;
 use super::coverage::Coverage;
 use super::joint::{self, JointStart, SIX};
-use super::planes::{self, PASS_GAP_S};
-use super::run::{CANDIDATE_M, PoolError, PoolInput, Scanned};
+use super::planes::PASS_GAP_S;
+use super::run::{PoolError, PoolInput, Scanned, Sounded};
 use super::scene::Scene;
-use super::ties::{self, TieSet};
+use super::ties::TieSet;
 use super::verdict::{Refusal, undetermined_by};
-use crate::matching::{Patches, Water};
 use crate::observe::Campaign;
 use crate::results::Finding;
 use crate::target::{Role, Target};
@@ -147,21 +146,9 @@ pub fn preview(input: &PoolInput, progress: &dyn Watch) -> Result<Preview, PoolE
     if refusal.is_none() {
         let rough = scene.rough_mounting();
         refusal = Refusal::of_soundings(&rough);
-        let mut patches = Patches::new(
-            target,
-            Water::Below,
-            campaign.water_level_m,
-            &scene.origins(&rough.mounting),
-        );
-        planes::apply(&mut patches, &scene, &fitted);
-        let near = scene.soundings_near(&patches, &rough.mounting, CANDIDATE_M);
-        soundings = ties::tie_soundings_first(
-            &scene,
-            &patches,
-            &near,
-            &rough.mounting,
-            input.joint.gate_sigma,
-        );
+        let sounded = Sounded::by(&scene, input, &rough.mounting, &fitted);
+        let near = sounded.candidates;
+        soundings = sounded.ties;
         fits = soundings.ties.len() as f64 / near.len().max(1) as f64;
         let start = JointStart {
             mounting: rough.mounting,

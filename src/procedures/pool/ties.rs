@@ -9,7 +9,7 @@ use super::scene::Scene;
 use crate::adjust::ChainState;
 use crate::calibrate::cloud::SensorModel;
 use crate::geometry::rotation::exp;
-use crate::georef::{Beam, Effects, along_normal};
+use crate::georef::{Beam, along_normal, effects};
 use crate::matching::{Gate, Patches, Verdict};
 use crate::observe::{LaserNoise, Mounting, PoseSample, SonarNoise, TrajectoryNoise};
 
@@ -333,14 +333,21 @@ pub struct PlacedBy<'a> {
     pub extras: &'a [f64],
 }
 
+impl From<SensorModel> for PlacedBy<'_> {
+    /// The sensor alone.
+    fn from(sensor: SensorModel) -> Self {
+        Self {
+            sensor,
+            extras: &[],
+        }
+    }
+}
+
 impl PlacedBy<'_> {
     /// A mounting without latency and scale.
     #[must_use]
     pub fn mounting(mounting: Mounting) -> Self {
-        Self {
-            sensor: SensorModel::plain(mounting),
-            extras: &[],
-        }
+        SensorModel::plain(mounting).into()
     }
 
     /// Pose and beam of a sounding, corrected; `None` outside the trajectory and of a beam without a ray.
@@ -349,7 +356,7 @@ impl PlacedBy<'_> {
         let mut pose = scene.sounding_pose(row, self.sensor.latency_s)?;
         let mut beam = scene.beam(row, &pose, &self.sensor.mounting)?;
         beam.range_m *= 1.0 + self.sensor.range_scale;
-        pose.position_m.z += Effects::new(scene.extras, self.extras).act(row, &mut beam);
+        pose.position_m.z += effects::act(scene.extras, self.extras, row, &mut beam);
         Some((pose, beam))
     }
 }

@@ -4,18 +4,16 @@ use nalgebra::{Matrix6x3, Matrix6x4, Vector3, Vector4, Vector6};
 
 use super::super::config::{SequentialConfig, Variant};
 use super::super::frame;
-use super::super::planes;
-use super::super::run::{CANDIDATE_M, PoolInput, PoolOutcome, Scanned, scanner_planes};
+use super::super::run::{PoolInput, PoolOutcome, Scanned, Sounded, scanner_planes};
 use super::super::scene::Scene;
 use super::super::sequential::{
     self, FaceSoundings, HorizontalSoundings, RoleSoundings, ScannerPlanes, SequentialError,
 };
-use super::super::ties::{self, Tie};
+use super::super::ties::Tie;
 use super::moved::Frame;
 use super::{Pull, Pulls, difference};
 use crate::geometry::{PlaneFit, rotation};
 use crate::georef::georeference;
-use crate::matching::{Patches, Water};
 use crate::observe::{Mounting, PoseSample};
 use crate::target::Role;
 
@@ -80,17 +78,11 @@ pub fn sequential(
 
 /// The soundings of the reference path, tied as it ties them.
 fn sounding_ties(input: &PoolInput, outcome: &PoolOutcome, scanned: &Scanned) -> Vec<Tie> {
-    let scene = &outcome.scene;
     let Some(rough) = outcome.rough else {
         return vec![];
     };
-    let origins = scene.origins(&rough.mounting);
-    let level_m = input.campaign.water_level_m;
-    let mut sonar = Patches::new(input.target, Water::Below, level_m, &origins);
-    planes::apply(&mut sonar, scene, &scanned.fitted);
-    let candidates = scene.soundings_near(&sonar, &rough.mounting, CANDIDATE_M);
-    let gate = input.joint.gate_sigma;
-    ties::tie_soundings_first(scene, &sonar, &candidates, &rough.mounting, gate).ties
+    let sounded = Sounded::by(&outcome.scene, input, &rough.mounting, &scanned.fitted);
+    sounded.ties.ties
 }
 
 /// Mean of the wall's returns, whose X the path compares.

@@ -16,10 +16,9 @@ use super::{
     Surfaces,
 };
 use crate::adjust::{
-    AdjustError, BlockId, Estimate, Kernel, Limits, Options, ParameterSet, Problem, QualityOptions,
-    Snooped, Solution, Source, variance_components,
+    AdjustError, Estimate, Kernel, Limits, Options, ParameterSet, Problem, QualityOptions, Snooped,
+    Solution, Source, variance_components,
 };
-use crate::calibrate::cloud::SensorModel;
 use crate::calibrate::driver::{Schedule, Solved};
 use crate::calibrate::verdict::Doubted;
 use crate::matching::Patches;
@@ -57,11 +56,8 @@ impl Frame<'_> {
         stable: bool,
         judgement: Option<Judgement>,
     ) -> JointOutcome {
-        let x = &solution.estimate.parameters;
-        let extras = self.blocks.extras.iter();
-        let extras = extras.map(|id| x.euclidean(*id)[0]).collect();
         JointOutcome {
-            extras,
+            extras: self.blocks.own(&solution.estimate.parameters),
             mounting: self.blocks.mounting.at(&solution.estimate.parameters),
             covariance: six_covariance(&solution, self.blocks),
             solution,
@@ -304,17 +300,9 @@ impl Frame<'_> {
         association: &Association,
     ) -> TieSet {
         let x = &estimate.parameters;
-        let value = |id: Option<BlockId>| id.map_or(0.0, |id| x.euclidean(id)[0]);
-        let extras: Vec<f64> = (self.blocks.extras.iter().copied().map(Some))
-            .map(value)
-            .collect();
         let model = PlacedBy {
-            sensor: SensorModel {
-                mounting: self.blocks.mounting.at(x),
-                latency_s: value(self.blocks.latency),
-                range_scale: value(self.blocks.range_scale),
-            },
-            extras: &extras,
+            sensor: self.blocks.sensor(x),
+            extras: &self.blocks.own(x),
         };
         let candidates = self.start.candidates;
         self.known(tie_soundings(

@@ -9,7 +9,6 @@ use super::super::run::PoolOutcome;
 use super::super::scene::Scene;
 use super::super::ties::{PlacedBy, Tie, TieSet, tie_soundings_first};
 use super::sample_types::PerPath;
-use crate::calibrate::cloud::SensorModel;
 use crate::geometry::plane::Plane;
 use crate::georef::georeference;
 use crate::matching::{Patches, Water};
@@ -22,14 +21,8 @@ const GATE: f64 = 5.0;
 
 /// The model that a joint path found.
 fn of_joint(joint: &JointOutcome) -> PlacedBy<'_> {
-    let x = &joint.solution.estimate.parameters;
-    let value = |id: Option<_>| id.map_or(0.0, |id| x.euclidean(id)[0]);
     PlacedBy {
-        sensor: SensorModel {
-            mounting: joint.mounting,
-            latency_s: value(joint.blocks.latency),
-            range_scale: value(joint.blocks.range_scale),
-        },
+        sensor: joint.blocks.sensor(&joint.solution.estimate.parameters),
         extras: &joint.extras,
     }
 }
@@ -151,8 +144,11 @@ impl Sums {
 #[must_use]
 pub fn sounding_point(scene: &Scene, row: usize, model: &PlacedBy) -> Option<Vector3<f64>> {
     let (pose, beam) = model.beam(scene, row)?;
-    let point = georeference(&pose, &model.sensor.mounting, &beam.vector_m());
-    Some(point)
+    Some(georeference(
+        &pose,
+        &model.sensor.mounting,
+        &beam.vector_m(),
+    ))
 }
 
 fn is_finite(mounting: &Mounting) -> bool {
