@@ -103,6 +103,15 @@ impl Doubted {
     pub fn withdrawn(&self) -> Option<&Finding> {
         self.findings.iter().find(|finding| finding.withdraws())
     }
+
+    /// Takes up what a survey cannot tell of its mistakes ([`preferred`]); returns the one without which it clearly fits better.
+    pub fn hear(&mut self, mistakes: Vec<Finding>) -> Option<Finding> {
+        let (clear, undecided): (Vec<_>, Vec<_>) = mistakes
+            .into_iter()
+            .partition(|finding| finding.severity == Severity::Refuses);
+        self.findings.extend(undecided);
+        clear.into_iter().next()
+    }
 }
 
 /// The parameters sought: name and column.

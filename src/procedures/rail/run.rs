@@ -13,7 +13,7 @@ use crate::adjust::AdjustError;
 use crate::calibrate::choices::Method;
 use crate::calibrate::verdict::accepted;
 use crate::observe::{Mounting, Profiler, RailCampaign};
-use crate::results::{Finding, Severity};
+use crate::results::Finding;
 use crate::target::RailProfile;
 
 /// What a rail calibration gets.
@@ -76,12 +76,7 @@ fn mistaken(input: &RailInput, joint: &mut RailJoint, refused: bool) -> Option<F
         return alternatives::named(input, joint);
     }
     let found = alternatives::preferred(input, joint);
-    let found = accepted(found, &input.joint.verdict);
-    let (clear, undecided): (Vec<_>, Vec<_>) = found
-        .into_iter()
-        .partition(|f| f.severity == Severity::Refuses);
-    joint.doubted.findings.extend(undecided);
-    clear.into_iter().next()
+    joint.doubted.hear(accepted(found, &input.joint.verdict))
 }
 
 /// Calibrates by the paths asked for. Never fails: a path without a result says why.

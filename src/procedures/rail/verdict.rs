@@ -214,20 +214,15 @@ pub fn preview(scene: &RailScene, input: &RailInput) -> Preview {
         };
         (shown < 1e3).then_some(shown)
     };
-    let mut words: Vec<String> = before(scene, config)
-        .iter()
-        .map(ToString::to_string)
-        .collect();
+    let untold = before(scene, config);
+    let mut words: Vec<String> = untold.iter().map(ToString::to_string).collect();
     let refusal = match &joint {
         Ok(joint) => not_seen(scene, joint).or_else(|| undetermined(scene, config, joint)),
         Err(error) => Some(RailRefusal::NotSolved { how: error.clone() }),
     };
     words.extend(refusal.iter().map(ToString::to_string));
     // a table that was not turned explains by itself what does not fit
-    let first = joint
-        .as_ref()
-        .ok()
-        .filter(|_| before(scene, config).is_empty());
+    let first = joint.as_ref().ok().filter(|_| untold.is_empty());
     let mistake = first.and_then(|joint| alternatives::suspected(input, scene, joint));
     Preview {
         mistake,

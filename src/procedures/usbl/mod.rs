@@ -38,7 +38,7 @@ pub use verdict::{Layout, Refusal};
 
 use crate::calibrate::choices::Method;
 use crate::observe::usbl::UsblCampaign;
-use crate::results::{Finding, Severity};
+use crate::results::Finding;
 use verify::{BeaconResiduals, Calibrated, verify};
 
 /// What a calibration is made from, and how.
@@ -118,11 +118,7 @@ pub fn calibrate<'a>(input: &UsblInput<'a>) -> Result<UsblOutcome<'a>, UsblError
 /// The sign or order of the attitude that fits clearly better than what is given; those that the survey cannot tell join the findings.
 fn undecided(input: &UsblInput, joint: &mut JointOutcome) -> Option<Finding> {
     let found = judge::preferred(input, joint);
-    let (clear, undecided): (Vec<_>, Vec<_>) = found
-        .into_iter()
-        .partition(|f| f.severity == Severity::Refuses);
-    joint.doubted.findings.extend(undecided);
-    clear.into_iter().next()
+    joint.doubted.hear(found)
 }
 
 /// The discrete mistake that explains why a survey does not fit, where it does not.
