@@ -13,8 +13,6 @@ use crate::observe::Trajectory;
 use crate::results::Finding;
 use crate::watch::Watch;
 
-use nalgebra::Vector3;
-
 /// Tiles and passes of a trial.
 const TILES: usize = 60;
 const PASSES: usize = 8;
@@ -61,15 +59,13 @@ fn tried(scene: &Scene, settings: &JointSettings) -> Tried {
     let Ok(found) = joint(scene, settings) else {
         return Tried::default();
     };
-    let used = found.passes.last().map_or(0, |pass| pass.soundings);
-    let [pitch, roll, yaw, ..] = found.off;
     let correction = Correction {
         name: String::new(),
-        turn_rad: Vector3::new(pitch, roll, yaw).norm(),
+        turn_rad: found.turn_rad(),
         arm_m: 0.0,
     };
     Tried {
-        share: used as f64 / (used + found.rejected).max(1) as f64,
+        share: found.kept().map_or(0.0, |kept| kept.value()),
         variance_factor: Some(found.omega_over_freedom * found.field.noise_factor.powi(2).max(1.0)),
         oversize: size(&correction, &settings.verdict).is_some(),
     }

@@ -11,12 +11,9 @@ use super::shared::{Covariance, Parameters};
 use super::simulate::{Acts, simulate};
 use super::survey::load::scene_of;
 use super::survey::{SeabedScenario, write};
-use super::verdict::{Judgement, judge};
+use super::verdict::{Judgement, REPORTED, judge};
 use crate::calibrate::tried::{Moved, Propagated, PropagatedPath};
 use crate::observe::Mounting;
-
-/// Pitch, roll, yaw and latency: the parameters that a budget is of.
-pub const REPORTED: usize = 4;
 
 /// A survey foreseen.
 pub struct Foresight {

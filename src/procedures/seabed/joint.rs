@@ -6,6 +6,7 @@
 //! 4. fine passes with everything, tiles drawn anew once, the field estimated again;
 //! 5. covariance, the scatter of the tiles beside it, and what relief and motion give alone.
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::config::JointSettings;
@@ -21,6 +22,7 @@ use super::shared::shared_noise;
 use super::shares::Shares;
 use super::states::States;
 use super::tiles::{Candidate, Cut, Tile, depth_scale};
+use crate::calibrate::verdict::bounds::Share;
 use crate::observe::Mounting;
 use crate::watch::{Stopped, Unwatched, Watch};
 
@@ -120,6 +122,24 @@ impl Joint {
     #[must_use]
     pub fn sigma(&self, parameter: usize) -> f64 {
         self.covariance[parameter][parameter].max(0.0).sqrt()
+    }
+
+    /// By how much the mounting is turned from the nominal one, radians.
+    #[must_use]
+    pub fn turn_rad(&self) -> f64 {
+        let [pitch, roll, yaw, ..] = self.off;
+        Vector3::new(pitch, roll, yaw).norm()
+    }
+
+    /// The soundings of the common tiles that the last pass kept; nothing of a survey that is only foreseen, for it has none.
+    #[must_use]
+    pub fn kept(&self) -> Option<Share> {
+        let used = self.passes.last()?.soundings;
+        Some(Share {
+            name: "soundings of the common tiles".to_owned(),
+            candidates: used + self.rejected,
+            used,
+        })
     }
 
     /// By how much a line's heights are to be lifted, metres.

@@ -8,11 +8,12 @@ use std::path::Path;
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
-use super::foresight::{REPORTED, foresee};
+use super::foresight::foresee;
 use super::model::PARAMETERS;
 use super::survey::scenario::Course;
 use super::survey::{SeabedScenario, parse_scenario};
 use super::trials::SeabedTrials;
+use super::verdict::REPORTED;
 use crate::calibrate::planning::{PlanAsk, Planner};
 use crate::calibrate::seam::InputError;
 use crate::calibrate::tried::Tried;
@@ -97,7 +98,34 @@ fn figures(scenario: &SeabedScenario) -> Foreseen {
     Ok((0..REPORTED).map(one).collect())
 }
 
+/// The track of a line with its directions.
+struct Track {
+    from: Vector2<f64>,
+    to: Vector2<f64>,
+    along: Vector2<f64>,
+    right: Vector2<f64>,
+}
+
+impl Track {
+    fn of(course: &Course) -> Self {
+        let [from, to] = [course.from_m, course.to_m].map(Vector2::from);
+        let along = (to - from).normalize();
+        let right = Vector2::new(along.y, -along.x);
+        Self {
+            from,
+            to,
+            along,
+            right,
+        }
+    }
+}
+
 impl SeabedPlan {
+    /// Lines that are added at most.
+    fn most(&self) -> usize {
+        self.ask.most.min(MOST)
+    }
+
     /// Lines that count as sailed: those of the scenario, or its first alone.
     fn sailed(&self) -> &[Course] {
         let all = &self.scenario.line;
@@ -137,11 +165,11 @@ impl SeabedPlan {
                     speed_m_s: speed,
                 });
             };
-            let [from, to] = [first.from_m, first.to_m].map(Vector2::from);
+            let Track {
+                from, to, right, ..
+            } = Track::of(first);
             add("again on the track", [from, to]);
             add("back on the track", [to, from]);
-            let along = (to - from).normalize();
-            let right = Vector2::new(along.y, -along.x);
             for distance in beside_m {
                 let off = right * *distance;
                 add(
@@ -210,10 +238,9 @@ impl SeabedPlan {
     }
 
     fn pass(&self, course: &Course) -> PlannedPass {
-        let first = &self.scenario.line[0];
-        let [from, to] = [first.from_m, first.to_m].map(Vector2::from);
-        let along = (to - from).normalize();
-        let right = Vector2::new(along.y, -along.x);
+        let Track {
+            from, along, right, ..
+        } = Track::of(&self.scenario.line[0]);
         let ends = [course.from_m, course.to_m].map(Vector2::from);
         PlannedPass {
             name: course.name.clone(),
@@ -302,7 +329,7 @@ impl SeabedPlan {
             reached: self.reached(start),
         };
         let (mut lines, mut next) = (sailed.to_vec(), first.to_vec());
-        while !chosen.reached && chosen.steps.len() < self.ask.most.min(MOST) {
+        while !chosen.reached && chosen.steps.len() < self.most() {
             let better =
                 |a: &usize, b: &usize| self.worth(&next[*a]).total_cmp(&self.worth(&next[*b]));
             let best = (0..next.len()).min_by(better);
@@ -316,7 +343,7 @@ impl SeabedPlan {
             });
             chosen.reached = self.reached(&next[k]);
             lines.push(named(&candidates[k], &lines));
-            if !chosen.reached && chosen.steps.len() < self.ask.most.min(MOST) {
+            if !chosen.reached && chosen.steps.len() < self.most() {
                 next = self.each_next(&lines, candidates, progress);
             }
         }
@@ -330,7 +357,7 @@ impl Planner for SeabedPlan {
     }
 
     fn surveys(&self) -> usize {
-        1 + self.candidates().len() * (1 + self.ask.most.min(MOST) / 2) + self.points.len()
+        1 + self.candidates().len() * (1 + self.most() / 2) + self.points.len()
     }
 
     fn plan(&self, progress: &(dyn Fn() + Sync)) -> Result<PlanResult, InputError> {
@@ -362,7 +389,7 @@ impl Planner for SeabedPlan {
             sailed_standard_deviation: start.ok(),
             passes_needed: chosen.reached.then_some(chosen.steps.len() as u64),
             chosen: chosen.steps,
-            most: self.ask.most.min(MOST) as u64,
+            most: self.most() as u64,
             floor: None,
             unreachable: vec![],
             candidates: candidates.iter().zip(&first).map(candidate).collect(),

@@ -341,12 +341,7 @@ fn notes(outcome: &SeabedOutcome) -> Vec<String> {
                 "the relief swallows the noise of the soundings, which was held at the claimed one"
                     .to_owned()
             });
-            judged
-                .notes
-                .iter()
-                .map(|note| note.seen.clone())
-                .chain(held)
-                .collect()
+            judged.noted().chain(held).collect()
         }
         _ => vec![],
     };
@@ -385,10 +380,15 @@ fn details(outcome: &SeabedOutcome) -> serde_json::Value {
     json!({ "layout": outcome.layout, "joint": joint, "patch_test": patch, "features": features })
 }
 
-/// What the height of each line was off by: tide and datum, as far as they differ between lines.
+/// The name of each line, and by how much its heights are to be lifted, metres: tide and datum, as far as they differ between lines.
+fn lifts<'a>(outcome: &'a SeabedOutcome, joint: &'a Joint) -> impl Iterator<Item = (&'a str, f64)> {
+    let tracks = outcome.layout.tracks.iter().enumerate();
+    tracks.map(|(k, track)| (track.name.as_str(), joint.line_height_m(k)))
+}
+
 fn heights(outcome: &SeabedOutcome, joint: &Joint) -> serde_json::Value {
-    let one = |(k, track): (usize, &super::layout::Track)| json!({ "name": track.name, "height_m": joint.line_height_m(k) });
-    outcome.layout.tracks.iter().enumerate().map(one).collect()
+    let one = |(name, height_m)| json!({ "name": name, "height_m": height_m });
+    lifts(outcome, joint).map(one).collect()
 }
 
 /// Each parameter's sigma by the model, by the tiles' scatter, from relief and from motion alone; rad, m, s, 1.
@@ -495,9 +495,7 @@ fn sources(outcome: &SeabedOutcome) -> TextTable {
         ]),
         rows: (0..4).filter(|k| joint.sought[*k]).map(row).collect(),
         lines: judged
-            .notes
-            .iter()
-            .map(|note| note.seen.clone())
+            .noted()
             .chain([words, lifted(outcome, joint)])
             .collect(),
     }
@@ -505,11 +503,8 @@ fn sources(outcome: &SeabedOutcome) -> TextTable {
 
 /// The heights of the lines in words.
 fn lifted(outcome: &SeabedOutcome, joint: &Joint) -> String {
-    let one = |(k, track): (usize, &super::layout::Track)| {
-        format!("{} {:+.1} cm", track.name, 100.0 * joint.line_height_m(k))
-    };
-    let all: Vec<String> = outcome.layout.tracks.iter().enumerate().map(one).collect();
-    format!("lines lifted by: {}", all.join(", "))
+    let all = lifts(outcome, joint).map(|(name, m)| format!("{name} {:+.1} cm", 100.0 * m));
+    format!("lines lifted by: {}", all.collect::<Vec<_>>().join(", "))
 }
 
 /// Errors against the truth: pitch, roll, yaw, latency.

@@ -1,6 +1,5 @@
 //! May the solution be used? Layout, convergence, the field, the relief: each can say no, and says which parameter it means.
 
-use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::config::{JointSettings, SeabedConfig};
@@ -9,7 +8,7 @@ use super::layout::Layout;
 use super::model::{COUNT, PARAMETERS};
 use super::reml::Bounds;
 use crate::calibrate::verdict::VerdictConfig;
-use crate::calibrate::verdict::bounds::{Correction, Share, share, size};
+use crate::calibrate::verdict::bounds::{Correction, share, size};
 use crate::math;
 use crate::results::{Finding, Severity};
 
@@ -63,8 +62,15 @@ impl Judgement {
     }
 }
 
+impl Judgement {
+    /// What to look at, in words.
+    pub fn noted(&self) -> impl Iterator<Item = String> {
+        self.notes.iter().map(|note| note.seen.clone())
+    }
+}
+
 /// A range scale, heave scale, heave lag, lever arm or profile error is one of the things that are held: estimated, never reported as determined.
-const REPORTED: usize = 4;
+pub const REPORTED: usize = 4;
 
 /// Judges a joint solution.
 #[must_use]
@@ -191,10 +197,9 @@ fn of_verdict(
 
 /// A correction that is too large to be one.
 fn by_size(joint: &Joint, config: &VerdictConfig) -> Option<Reason> {
-    let [pitch, roll, yaw, ..] = joint.off;
     let correction = Correction {
         name: "the sounder".to_owned(),
-        turn_rad: Vector3::new(pitch, roll, yaw).norm(),
+        turn_rad: joint.turn_rad(),
         arm_m: math::hypot(joint.off[7], joint.off[8]),
     };
     of_verdict(size(&correction, config), "size", config)
@@ -206,14 +211,7 @@ fn by_share(joint: &Joint, config: &VerdictConfig) -> Option<Reason> {
 }
 
 fn share_of(joint: &Joint, config: &VerdictConfig) -> Option<Finding> {
-    // of a survey that is only foreseen nothing was rejected
-    let used = joint.passes.last()?.soundings;
-    let soundings = Share {
-        name: "soundings of the common tiles".to_owned(),
-        candidates: used + joint.rejected,
-        used,
-    };
-    share(&soundings, config)
+    share(&joint.kept()?, config)
 }
 
 /// What takes up errors of its kind within a prior, and took up more than that.

@@ -131,9 +131,16 @@ fn waters(
         let path = folder.join(file.sound_speed.profile.as_deref().unwrap_or_default());
         return Ok((vec![sound_speed_csv::read(&path)?], vec![]));
     }
-    let casts = casts::read(file, folder)?;
+    Ok(of_each_line(file, &casts::read(file, folder)?))
+}
+
+/// The water of each line between casts that the survey file names, and what it is made of.
+fn of_each_line(
+    file: &SeabedSurveyFile,
+    casts: &[(f64, SoundSpeedProfile)],
+) -> (Vec<SoundSpeedProfile>, Vec<String>) {
     let interpolated = file.sound_speed.between == "interpolated";
-    Ok(casts::of_lines(&casts, &file.lines(), interpolated))
+    casts::of_lines(casts, &file.lines(), interpolated)
 }
 
 /// Gives each line its own of as many profiles.
@@ -141,6 +148,22 @@ fn one_each(scene: &mut Scene, profiles: &[SoundSpeedProfile]) {
     for (k, line) in scene.lines.iter_mut().enumerate() {
         line.cast = k.min(profiles.len() - 1);
     }
+}
+
+/// Gives each line the last cast before it; says which where there are several.
+fn last_before(scene: &mut Scene, casts: &[(Option<f64>, SoundSpeedProfile)]) -> Option<String> {
+    for line in &mut scene.lines {
+        line.cast = recorded::cast_of(casts, line.start_s);
+    }
+    let of = |line: &Line| format!("{} cast {}", line.name, line.cast + 1);
+    let each: Vec<String> = scene.lines.iter().map(of).collect();
+    let count = casts.len();
+    (count > 1).then(|| {
+        format!(
+            "{count} sound-speed casts, of each line the last before it: {}",
+            each.join(", ")
+        )
+    })
 }
 
 /// A survey of recorder files.
@@ -155,31 +178,23 @@ fn of_recorders(
     none_of(line_problems(&document, &from.file))?;
     let named: Vec<&str> = from.named.iter().map(String::as_str).collect();
     let inputs = digests(path, folder, &named)?;
-    let named = !from.file.cast.is_empty();
-    let profiles = if named {
-        let (profiles, said) = waters(&from.file, folder)?;
+    let by_name = !from.file.cast.is_empty();
+    let profiles = if by_name {
+        let timed = |(time_s, profile): &(Option<f64>, SoundSpeedProfile)| {
+            Some(((*time_s)?, profile.clone()))
+        };
+        let casts: Vec<_> = from.casts.iter().filter_map(timed).collect();
+        let (profiles, said) = of_each_line(&from.file, &casts);
         from.notes.extend(said);
         profiles
     } else {
         from.casts.iter().map(|cast| cast.1.clone()).collect()
     };
     let mut scene = scene(&from.file, from.trajectory, &profiles, &from.soundings);
-    if named {
+    if by_name {
         one_each(&mut scene, &profiles);
     } else {
-        for line in &mut scene.lines {
-            line.cast = recorded::cast_of(&from.casts, line.start_s);
-        }
-    }
-    if profiles.len() > 1 && !named {
-        let of = |line: &Line| format!("{} cast {}", line.name, line.cast + 1);
-        let each: Vec<String> = scene.lines.iter().map(of).collect();
-        let count = profiles.len();
-        let said = format!(
-            "{count} sound-speed casts, of each line the last before it: {}",
-            each.join(", ")
-        );
-        from.notes.push(said);
+        from.notes.extend(last_before(&mut scene, &from.casts));
     }
     let first = from.paths.first().cloned().unwrap_or_default();
     none_of(clock_problems(&scene, &from.soundings, &first))?;
