@@ -1,6 +1,6 @@
 //! `boresight apply`: all points of a survey georeferenced with a calibration.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use indicatif::ProgressBar;
 
@@ -67,16 +67,20 @@ fn written(
     talk: &Talk,
 ) -> Result<Ending, CliError> {
     let system = System::new(args.coordinates, &cloud)?;
-    let mut surface = Surface::new(args, &system)?;
+    let mut surface = Surface::asked(args, &system)?;
     let bar = talk.bar("georeferencing", cloud.total as u64);
     let layout = system.layout(&cloud);
     let chunks = cloud
         .chunks
         .map(|chunk| counted(&bar, system.points(&chunk)))
-        .inspect(|points| surface.add(points));
+        .inspect(|points| {
+            if let (Some(surface), Ok(points)) = (&mut surface, points) {
+                surface.add(points);
+            }
+        });
     let count = stream::write(&args.out, &layout, chunks)?;
     bar.finish_and_clear();
-    let cells = surface.written()?;
+    let cells = surface.map(Surface::written).transpose()?;
     let sources = cloud.sources.iter().enumerate();
     let sources: Vec<String> = sources.map(|(k, s)| format!("{} {s}", k + 1)).collect();
     let mut text = format!(
@@ -86,7 +90,7 @@ fn written(
         system.name(),
         sources.join(", ")
     );
-    if let Some(file) = &args.surface {
+    if let (Some(file), Some(cells)) = (&args.surface, cells) {
         text += &format!(
             "Wrote the surface, {cells} cells of {} m, to {}\n",
             args.cell,
@@ -252,48 +256,45 @@ impl System {
     }
 }
 
-/// The surface that is gathered while the cloud is written, where one is asked for.
+/// The surface that is gathered while the cloud is written.
 struct Surface<'a> {
-    asked: Option<(&'a Path, Grid)>,
+    file: &'a Path,
+    grid: Grid,
     cell_m: f64,
-    system: &'a System,
+    ellipsoid: Ellipsoid,
     zone: i8,
 }
 
 impl<'a> Surface<'a> {
-    fn new(args: &'a Apply, system: &'a System) -> Result<Self, CliError> {
-        let zone = system.utm.as_ref().map(Utm::zone);
-        if args.surface.is_some() && zone.is_none() {
-            return Err(CliError::NoPlane);
-        }
-        let grid = |file: &'a PathBuf| (file.as_path(), Grid::new(args.cell));
-        Ok(Self {
-            asked: args.surface.as_ref().map(grid),
+    /// Where one is asked for.
+    fn asked(args: &'a Apply, system: &System) -> Result<Option<Self>, CliError> {
+        let Some(file) = &args.surface else {
+            return Ok(None);
+        };
+        let utm = system.utm.as_ref().ok_or(CliError::NoPlane)?;
+        Ok(Some(Self {
+            file,
+            grid: Grid::new(args.cell),
             cell_m: args.cell,
-            system,
-            zone: zone.unwrap_or(0),
-        })
+            ellipsoid: system.ellipsoid,
+            zone: utm.zone(),
+        }))
     }
 
-    fn add(&mut self, points: &Result<Vec<CloudPoint>, CliError>) {
-        if let (Some((_, grid)), Ok(points)) = (&mut self.asked, points) {
-            for point in points.iter().filter(|p| p.on_surface) {
-                grid.add(point.position_m);
-            }
+    fn add(&mut self, points: &[CloudPoint]) {
+        for point in points.iter().filter(|p| p.on_surface) {
+            self.grid.add(point.position_m);
         }
     }
 
     /// Writes it; the number of its cells.
     fn written(self) -> Result<u64, CliError> {
-        let Some((file, grid)) = self.asked else {
-            return Ok(0);
-        };
         let refused = |found: String, expected: &str| CliError::Surface {
-            file: file.to_owned(),
+            file: self.file.to_owned(),
             found,
             expected: expected.to_owned(),
         };
-        let Some(extent) = grid.extent() else {
+        let Some(extent) = self.grid.extent() else {
             return Err(refused("no soundings on it".to_owned(), "some"));
         };
         let [width, height] = extent.size;
@@ -303,14 +304,14 @@ impl<'a> Surface<'a> {
             return Err(refused(found, &expected));
         }
         let raster = Raster {
-            ellipsoid: self.system.ellipsoid,
+            ellipsoid: self.ellipsoid,
             zone: self.zone,
-            corner_m: grid.corner_m(&extent),
+            corner_m: self.grid.corner_m(&extent),
             cell_m: self.cell_m,
             width: width as u32,
             height: height as u32,
         };
-        geotiff::write(file, &raster, &grid.bands(&extent))?;
+        geotiff::write(self.file, &raster, &self.grid.bands(&extent))?;
         Ok(width * height)
     }
 }

@@ -35,6 +35,22 @@ pub fn tried(folder: &Path, names: &[&str]) -> Result<(), CliError> {
     Ok(files::tried(folder, names).map_err(FolderError::Write)?)
 }
 
+/// Whether nothing stands at a name that is none of the survey's inputs and none of the `others`, in a folder that can be written into.
+fn is_free(
+    out: &Path,
+    survey: &Path,
+    inputs: &[InputFile],
+    others: &[&Path],
+) -> Result<bool, CliError> {
+    let folder = survey.parent().unwrap_or(Path::new(""));
+    let named: Vec<_> = inputs.iter().map(|i| folder.join(&i.path)).collect();
+    let all = named.iter().map(std::path::PathBuf::as_path);
+    files::none_is(out, all.chain(others.iter().copied()))?;
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    tried(files::whole::folder_of(out), &[&name])?;
+    Ok(std::fs::symlink_metadata(out).is_err())
+}
+
 /// Refuses a point cloud's name where an input of the survey stands, or a file that `apply` did not write; `--force` replaces what
 /// another command of this program wrote.
 pub fn free_for_cloud(
@@ -44,14 +60,7 @@ pub fn free_for_cloud(
     calibration: &Path,
     force: bool,
 ) -> Result<(), CliError> {
-    let folder = survey.parent().unwrap_or(Path::new(""));
-    let named: Vec<_> = inputs.iter().map(|i| folder.join(&i.path)).collect();
-    let all = named.iter().map(std::path::PathBuf::as_path);
-    files::none_is(out, all.chain([survey, calibration]))?;
-    let folder = files::whole::folder_of(out);
-    let name = out.file_name().unwrap_or_default().to_string_lossy();
-    tried(folder, &[&name])?;
-    if std::fs::symlink_metadata(out).is_err() {
+    if is_free(out, survey, inputs, &[survey, calibration])? {
         return Ok(());
     }
     let (system, software) = authors(out);
@@ -76,13 +85,7 @@ pub fn free_for_surface(
     inputs: &[InputFile],
     calibration: &Path,
 ) -> Result<(), CliError> {
-    let folder = survey.parent().unwrap_or(Path::new(""));
-    let named: Vec<_> = inputs.iter().map(|i| folder.join(&i.path)).collect();
-    let all = named.iter().map(std::path::PathBuf::as_path);
-    files::none_is(out, all.chain([survey, calibration, cloud]))?;
-    let name = out.file_name().unwrap_or_default().to_string_lossy();
-    tried(files::whole::folder_of(out), &[&name])?;
-    if std::fs::symlink_metadata(out).is_err() || geotiff::is_ours(out) {
+    if is_free(out, survey, inputs, &[survey, calibration, cloud])? || geotiff::is_ours(out) {
         return Ok(());
     }
     let file = out.to_owned();
