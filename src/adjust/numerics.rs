@@ -14,7 +14,8 @@ use super::{
     assess, solve,
 };
 use crate::math;
-use crate::math::dense::{product, solve_positive};
+use crate::math::dense::product;
+use crate::math::skyline::Skyline;
 use crate::stats::{ChiSquare, normal, stream};
 
 /// SHA-256, 64 hexadecimal digits, of a thousand function values and of a small adjustment. It stands in ledgers and results; trials
@@ -83,21 +84,33 @@ fn functions() -> Vec<f64> {
     (0..40).flat_map(of).collect()
 }
 
+/// The equations `gram x = right`, column by column of the right-hand side.
+fn solved(gram: &DMatrix<f64>, right: &DMatrix<f64>) -> Vec<f64> {
+    let all: Vec<usize> = (0..gram.nrows()).collect();
+    let mut equations = Skyline::new(all.len(), 1, std::iter::once(&all[..]));
+    for i in 0..all.len() {
+        (0..=i).for_each(|j| equations.add(i, j, gram[(i, j)]));
+    }
+    let right: Vec<Vec<f64>> = (right.column_iter())
+        .map(|column| column.iter().copied().collect())
+        .collect();
+    equations.solve(&right).unwrap_or_default().concat()
+}
+
 /// Rotations, products, factors and eigenvalues.
 fn matrices() -> Vec<f64> {
     let filled = DMatrix::from_fn(12, 12, |i, j| {
         argument((31 * i + 7 * j) as u32).fract() - 0.5
     });
     let gram = product(&filled, &filled.transpose()) + DMatrix::identity(12, 12);
-    let (mut factor, mut solved) = (gram.clone(), filled.clone());
-    let _ = solve_positive(&mut factor, &mut solved);
+    let solved = solved(&gram, &filled);
     let eigen = SymmetricEigen::new(gram);
     let turn = Rotation3::new(Vector3::new(0.3, -0.5, 1.1));
     let axis = UnitQuaternion::from_rotation_matrix(&turn).scaled_axis();
     let fixed = turn.matrix().svd(true, true);
     let rows = filled.clone().qr().unpack_r();
     [
-        solved.as_slice(),
+        &solved,
         eigen.eigenvalues.as_slice(),
         axis.as_slice(),
         fixed.singular_values.as_slice(),

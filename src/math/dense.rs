@@ -10,9 +10,6 @@ use pulp::{Arch, Simd, WithSimd};
 /// Entries of a column that are summed at once: four vectors of four.
 const STRIP: usize = 16;
 
-/// Columns that are eliminated together in a factorisation.
-const PANEL: usize = 32;
-
 /// Rows whose squares are summed before they go to their place.
 const ROWS: usize = 256;
 
@@ -145,74 +142,6 @@ fn place(out: &mut DMatrix<f64>, sums: &[[[f64; 4]; 2]; 4], corner: (usize, usiz
     }
 }
 
-/// Solves `A X = B` for a symmetric positive definite A, of which the lower triangle is read and overwritten with its factor; X takes
-/// B's place. `None` where A is not positive definite.
-#[must_use]
-pub fn solve_positive(a: &mut DMatrix<f64>, b: &mut DMatrix<f64>) -> Option<()> {
-    let size = a.nrows();
-    for begin in (0..size).step_by(PANEL) {
-        let end = (begin + PANEL).min(size);
-        for k in begin..end {
-            subtract(a, begin..k, k);
-            let pivot = a[(k, k)];
-            if !(pivot > 0.0 && pivot.is_finite()) {
-                return None;
-            }
-            let root = pivot.sqrt();
-            let column = &mut a.as_mut_slice()[k * size..(k + 1) * size];
-            column[k..].iter_mut().for_each(|entry| *entry /= root);
-        }
-        for k in end..size {
-            subtract(a, begin..end, k);
-        }
-    }
-    for mut column in b.column_iter_mut() {
-        substitute(a.as_slice(), column.as_mut_slice());
-    }
-    Some(())
-}
-
-/// What the columns `done` take from the column `k` on and below the diagonal.
-fn subtract(a: &mut DMatrix<f64>, done: std::ops::Range<usize>, k: usize) {
-    let size = a.nrows();
-    let mut factors = [0.0; PANEL];
-    for (factor, p) in factors.iter_mut().zip(done.clone()) {
-        *factor = -a[(k, p)];
-    }
-    let (before, from) = a.as_mut_slice().split_at_mut(k * size);
-    if done.is_empty() {
-        return;
-    }
-    Arch::new().dispatch(Columns {
-        sums: &mut from[k..size],
-        factors: &factors[..done.len()],
-        columns: &before[done.start * size + k..],
-        stride: size,
-    });
-}
-
-/// `x <- L^-T L^-1 x`, L by columns.
-fn substitute(lower: &[f64], x: &mut [f64]) {
-    let size = x.len();
-    for k in 0..size {
-        let column = &lower[k * size..(k + 1) * size];
-        x[k] /= column[k];
-        let (known, below) = x.split_at_mut(k + 1);
-        for (x, l) in below.iter_mut().zip(&column[k + 1..]) {
-            *x -= known[k] * l;
-        }
-    }
-    for k in (0..size).rev() {
-        let column = &lower[k * size..(k + 1) * size];
-        let known: f64 = column[k + 1..]
-            .iter()
-            .zip(&x[k + 1..])
-            .map(|(l, x)| l * x)
-            .sum();
-        x[k] = (x[k] - known) / column[k];
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -252,27 +181,5 @@ mod tests {
             assert!((&found - expected).amax() < 1e-12 * count as f64);
             assert_eq!(found, found.transpose());
         }
-    }
-
-    #[test]
-    fn a_positive_definite_matrix_is_solved() {
-        for size in [1, 5, 31, 32, 33, 100] {
-            let root = filled(size, size);
-            let matrix = plain(&root, &root.transpose()) + DMatrix::identity(size, size);
-            let right = filled(size, 3);
-            let (mut factor, mut found) = (matrix.clone(), right.clone());
-            solve_positive(&mut factor, &mut found).expect("positive definite");
-            let left = (plain(&matrix, &found) - right).amax();
-            assert!(left < 1e-11, "{size}: {left}");
-        }
-    }
-
-    #[test]
-    fn what_is_not_positive_definite_is_refused() {
-        let mut negative = DMatrix::identity(40, 40);
-        negative[(35, 35)] = -1e-3;
-        assert!(solve_positive(&mut negative, &mut filled(40, 1)).is_none());
-        let mut none = DMatrix::from_element(1, 1, f64::NAN);
-        assert!(solve_positive(&mut none, &mut filled(1, 1)).is_none());
     }
 }

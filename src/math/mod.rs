@@ -8,7 +8,7 @@
 //! | file | what |
 //! |---|---|
 //! | here | functions of numbers |
-//! | [`dense`] | products of matrices, and the solution of positive definite equations |
+//! | [`dense`] | products of matrices |
 //! | [`skyline`] | the solution of positive definite equations whose unknowns each meet few others |
 
 pub mod dense;
