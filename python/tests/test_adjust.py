@@ -1,6 +1,5 @@
 """The engine on conditions of Python: certified values, refusals, stops."""
 
-# mypy: ignore-errors
 from __future__ import annotations
 
 import threading
@@ -87,7 +86,7 @@ def test_many_rows_come_in_batches_and_as_least_squares_says() -> None:
 
 def test_a_kernel_leaves_gross_errors_aside_and_they_are_named() -> None:
     plane = Plane(500, gross=5)
-    start = {"a": 0.0, "s": [0.0, 0.0]}
+    start: dict[str, Any] = {"a": 0.0, "s": [0.0, 0.0]}
     plain, robust = solve([plane], start), solve([plane], start, kernel="huber", width=2.0)
     # one of a hundred by one metre, without a kernel
     assert abs(plain.x["a"] - 3.0) == pytest.approx(0.01, abs=0.003)
@@ -163,7 +162,7 @@ class Broken(Plane):
 
 
 def test_what_a_condition_does_wrong_comes_through() -> None:
-    start = {"a": 0.0, "s": [0.0, 0.0]}
+    start: dict[str, Any] = {"a": 0.0, "s": [0.0, 0.0]}
     with pytest.raises(KeyError, match="mine"):
         solve([Broken("raises")], start)
     shape = r"conditions\[0\]: derivatives: found shape \(100, 2\) for rows 0 to 100, expected shape \(100, 3\)"
@@ -178,7 +177,8 @@ def test_what_a_condition_does_wrong_comes_through() -> None:
 
 
 def test_two_threads_of_python_may_adjust() -> None:
-    start, found = {"a": 0.0, "s": [0.0, 0.0]}, []
+    start: dict[str, Any] = {"a": 0.0, "s": [0.0, 0.0]}
+    found: list[float] = []
     threads = [threading.Thread(target=lambda: found.append(solve([Plane(20_000)], start).x["a"])) for _ in range(2)]
     for thread in threads:
         thread.start()

@@ -1,6 +1,5 @@
 """Clouds as files, by the command underneath."""
 
-# mypy: ignore-errors
 from __future__ import annotations
 
 import pathlib

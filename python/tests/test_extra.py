@@ -1,11 +1,11 @@
 """Unknowns of your own: found, named in the result, refused in one sentence."""
 
-# mypy: ignore-errors
 from __future__ import annotations
 
 import pickle
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import boresight as bs
@@ -13,10 +13,11 @@ import boresight as bs
 PUT_IN_M = 0.02
 
 
-def since(survey: bs.Survey) -> np.ndarray:
+def since(survey: bs.Survey) -> npt.NDArray[np.float64]:
     """From -1 at the first sounding to 1 at the last."""
     t = survey.soundings.time_s
-    return 2.0 * (t - t[0]) / (t[-1] - t[0]) - 1.0
+    part: npt.NDArray[np.float64] = 2.0 * (t - t[0]) / (t[-1] - t[0]) - 1.0
+    return part
 
 
 def spoilt(pool: bs.Survey) -> bs.Survey:

@@ -39,24 +39,31 @@ fn extra(name: &str, acts: Acts, derivative: Vec<f64>) -> Extra {
     }
 }
 
+fn input<'a>(
+    survey: &'a Simulated,
+    (sequential, joint): &'a (SequentialConfig, JointConfig),
+    extras: &'a [Extra],
+) -> PoolInput<'a> {
+    PoolInput {
+        campaign: &survey.campaign,
+        target: &survey.target,
+        prior: &survey.prior,
+        method: Method::Joint,
+        sequential,
+        joint,
+        seed: 1,
+        extras,
+    }
+}
+
 /// The joint path's end, and whether the survey is usable.
 fn ended(
     survey: &Simulated,
     joint: &JointConfig,
     extras: &[Extra],
 ) -> (Option<JointOutcome>, bool) {
-    let sequential = SequentialConfig::default();
-    let input = PoolInput {
-        campaign: &survey.campaign,
-        target: &survey.target,
-        prior: &survey.prior,
-        method: Method::Joint,
-        sequential: &sequential,
-        joint,
-        seed: 1,
-        extras,
-    };
-    let found = calibrate(&input, &Unwatched).expect("a run");
+    let config = (SequentialConfig::default(), joint.clone());
+    let found = calibrate(&input(survey, &config, extras), &Unwatched).expect("a run");
     (found.joint, found.refusal.is_none())
 }
 
@@ -153,16 +160,10 @@ fn a_height_is_a_lever_arm_s_height() {
 fn the_result_names_them() {
     let survey = spoilt(survey(1));
     let extras = unknowns(&survey.campaign);
-    let (sequential, joint) = (SequentialConfig::default(), JointConfig::default());
+    let config = Default::default();
     let input = PoolInput {
-        campaign: &survey.campaign,
-        target: &survey.target,
-        prior: &survey.prior,
         method: Method::Both,
-        sequential: &sequential,
-        joint: &joint,
-        seed: 1,
-        extras: &extras,
+        ..input(&survey, &config, &extras)
     };
     let outcome = calibrate(&input, &Unwatched).expect("a run");
     let provenance = provenance(&"", &[], &Settings::default()).expect("a provenance");
@@ -184,19 +185,9 @@ fn the_result_names_them() {
 fn one_that_cannot_be_used_is_refused() {
     let survey = survey(1);
     let rows = survey.campaign.soundings.len();
-    let (sequential, joint) = (SequentialConfig::default(), JointConfig::default());
+    let config = Default::default();
     let error = |extras: &[Extra]| {
-        let input = PoolInput {
-            campaign: &survey.campaign,
-            target: &survey.target,
-            prior: &survey.prior,
-            method: Method::Joint,
-            sequential: &sequential,
-            joint: &joint,
-            seed: 1,
-            extras,
-        };
-        calibrate(&input, &Unwatched)
+        calibrate(&input(&survey, &config, extras), &Unwatched)
             .expect_err("refused")
             .to_string()
     };

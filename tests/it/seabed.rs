@@ -376,13 +376,8 @@ fn lines_meet_under_the_true_mounting_and_not_under_the_nominal_one() {
             latency_s,
             ..SensorModel::plain(mounting)
         };
-        let calibrated = Calibrated {
-            sensor: model,
-            heave_scale: 0.0,
-            heave_lag_s: 0.0,
-            line_heights_m: Default::default(),
-        };
-        let cloud = loaded.cloud(&calibrated).expect("points").expect("a cloud");
+        let cloud = loaded.cloud(&Calibrated::from(model));
+        let cloud = cloud.expect("points").expect("a cloud");
         let total = cloud.total;
         let points: Vec<_> = cloud.chunks.flatten().collect();
         assert_eq!(points.len(), total);

@@ -13,8 +13,8 @@ ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
 SCENARIOS = {"pool": "three-pass-thin", "pool-one": "single-pass-thin", "usbl": "usbl-thin", "rail": "rail-thin", "seabed": "seabed-thin"}
 
 
-def change(folder, name, column, f):
-    """f of one column's number, or of a whole row as a dictionary where no column is named."""
+def change(folder, name, column, f, sort=None):
+    """f of one column's number, or of a whole row as a dictionary where no column is named; the rows in another order by `sort`."""
     path = os.path.join(folder, name)
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
@@ -27,6 +27,8 @@ def change(folder, name, column, f):
         else:
             row[column] = repr(f(float(row[column])))
             out.append(row)
+    if sort:
+        out.sort(key=sort)
     with open(path, "w", newline="") as file:
         writer = csv.DictWriter(file, list(out[0]) if out else head, lineterminator="\n")
         writer.writeheader()
@@ -606,13 +608,7 @@ def lines_exchanged(folder, _):
         t = float(r["time_s"])
         by = c - a if a <= t <= b else a - c if c <= t <= d else 0.0
         return dict(r, time_s=repr(t + by))
-    with open(os.path.join(folder, M), newline="") as handle:
-        found = [row(r) for r in csv.DictReader(handle)]
-    found.sort(key=lambda r: float(r["time_s"]))
-    with open(os.path.join(folder, M), "w", newline="") as handle:
-        writer = csv.DictWriter(handle, list(found[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(found)
+    change(folder, M, None, row, sort=lambda r: float(r["time_s"]))
 
 
 SEABED = {
