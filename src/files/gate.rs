@@ -100,12 +100,47 @@ pub fn abandon() {
     while open.naming > 0 {
         open = NAMED.wait(open).unwrap_or_else(PoisonError::into_inner);
     }
-    for path in &open.temporary {
-        let _ = std::fs::remove_file(path);
-        let _ = std::fs::remove_dir_all(path);
-    }
+    open.temporary.iter().for_each(|path| take_away(path));
     for folder in open.made.iter().rev() {
         // only when it is empty
         let _ = std::fs::remove_dir(folder);
+    }
+}
+
+/// Tries to take a folder away while other threads are still filling it: each of them has but a few files to make.
+const TRIES: usize = 1000;
+
+/// Takes away a temporary file, or a folder with everything that comes into it meanwhile.
+fn take_away(path: &Path) {
+    let _ = std::fs::remove_file(path);
+    for _ in 0..TRIES {
+        // another thread may be taking the same folder away: it is gone only when it cannot be found
+        match std::fs::remove_dir_all(path) {
+            Ok(()) => return,
+            Err(_) if std::fs::symlink_metadata(path).is_err() => return,
+            Err(_) => std::thread::yield_now(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_is_being_filled_goes() {
+        let place = tempfile::tempdir().expect("folder");
+        for round in 0..50 {
+            let folder = place.path().join(format!("{round}.tmp.d"));
+            std::fs::create_dir(&folder).expect("folder");
+            std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    let made = |k: usize| std::fs::write(folder.join(k.to_string()), b"x");
+                    (0..200).take_while(|k| made(*k).is_ok()).count()
+                });
+                take_away(&folder);
+            });
+            assert!(!folder.exists(), "round {round}");
+        }
     }
 }
