@@ -295,10 +295,13 @@ fn sweep(a: &mut DMatrix<f64>, axes: &mut DMatrix<f64>) -> bool {
 
 fn rotate(m: &mut DMatrix<f64>, p: usize, q: usize, t: f64) {
     let c = 1.0 / math::hypot(t, 1.0);
-    for i in 0..m.nrows() {
-        let (x, y) = (m[(i, p)], m[(i, q)]);
-        m[(i, p)] = c * (x - t * y);
-        m[(i, q)] = c * (y + t * x);
+    let rows = m.nrows();
+    let (before, from_q) = m.as_mut_slice().split_at_mut(q * rows);
+    let column_p = before[p * rows..].iter_mut().take(rows);
+    for (at_p, at_q) in column_p.zip(from_q) {
+        let (x, y) = (*at_p, *at_q);
+        *at_p = c * (x - t * y);
+        *at_q = c * (y + t * x);
     }
 }
 
