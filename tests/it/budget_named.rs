@@ -283,7 +283,7 @@ fn values_are_varied_for_every_procedure() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_what_is_done_for_every_procedure() {
-    for (name, trials) in [("usbl.toml", "40"), ("rail-thin.toml", "12")] {
+    for (name, trials) in [("usbl.toml", "40"), ("rail-thin.toml", "5")] {
         let folder = tempfile::tempdir().expect("folder");
         let file = scenario(name);
         let file = file.to_string_lossy();
@@ -291,7 +291,7 @@ fn ctrl_c_keeps_what_is_done_for_every_procedure() {
         let base = |to: &Path| {
             let to = to.to_string_lossy().into_owned();
             [
-                "budget", &file, "--trials", trials, "--single", "2", "--out", &to, "--quiet",
+                "budget", &file, "--trials", trials, "--single", "1", "--out", &to, "--quiet",
             ]
             .map(str::to_owned)
             .to_vec()
