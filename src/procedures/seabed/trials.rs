@@ -31,101 +31,133 @@ struct Source {
     acts: Acts,
 }
 
-/// The sources that act in a scenario.
-fn acting(scenario: &SeabedScenario) -> Vec<Source> {
-    let none = Acts::NONE;
-    let (t, m, e) = (&scenario.trajectory, &scenario.multibeam, &scenario.errors);
-    let largest = |all: &[f64]| all.iter().map(|x| x.abs()).fold(0.0, f64::max);
-    let row = |key, title, value: f64, words: String, acts| {
-        (value != 0.0).then_some(Source {
+impl Source {
+    /// One of a size, if it has any.
+    fn of(
+        sizes: &[f64],
+        key: &'static str,
+        title: &'static str,
+        words: String,
+        acts: Acts,
+    ) -> Option<Self> {
+        sizes.iter().any(|size| *size != 0.0).then_some(Self {
             key,
             title,
             size: words,
             acts,
         })
-    };
-    let white = largest(&[
-        t.position_sigma_m,
-        t.roll_pitch_sigma_deg,
-        t.heading_sigma_deg,
-    ]);
-    let drift = largest(&[
-        t.position_drift_sigma_m,
-        t.height_drift_sigma_m,
-        t.roll_pitch_drift_sigma_deg,
-        t.heading_drift_sigma_deg,
-    ]);
-    let all = [
-        row(
+    }
+}
+
+/// White noise and drift of the INS.
+fn of_the_ins(scenario: &SeabedScenario) -> [Option<Source>; 2] {
+    let (t, none) = (&scenario.trajectory, Acts::NONE);
+    [
+        Source::of(
+            &[
+                t.position_sigma_m,
+                t.roll_pitch_sigma_deg,
+                t.heading_sigma_deg,
+            ],
             "ins_white",
             "white noise of the INS",
-            white,
             format!(
                 "{} m, {} deg, per record",
                 t.position_sigma_m, t.roll_pitch_sigma_deg
             ),
             Acts { white: 1.0, ..none },
         ),
-        row(
+        Source::of(
+            &[
+                t.position_drift_sigma_m,
+                t.height_drift_sigma_m,
+                t.roll_pitch_drift_sigma_deg,
+                t.heading_drift_sigma_deg,
+            ],
             "ins_drift",
             "drift of the INS",
-            drift,
             format!(
                 "{} m, {} deg, over {} s",
                 t.height_drift_sigma_m, t.roll_pitch_drift_sigma_deg, t.drift_correlation_time_s
             ),
             Acts { drift: 1.0, ..none },
         ),
-        row(
+    ]
+}
+
+/// Noise, gross errors and the arm of the sounder.
+fn of_the_sounder(scenario: &SeabedScenario) -> [Option<Source>; 3] {
+    let (m, none) = (&scenario.multibeam, Acts::NONE);
+    let arm_m = m.lever_arm_sigma_m;
+    let gross = scenario.errors.gross;
+    [
+        Source::of(
+            &[m.range_sigma_m, m.angle_sigma_deg],
             "sonar",
             "noise of range and angle",
-            largest(&[m.range_sigma_m, m.angle_sigma_deg]),
             format!(
                 "{} m, {} deg, per sounding",
                 m.range_sigma_m, m.angle_sigma_deg
             ),
             Acts { sonar: 1.0, ..none },
         ),
-        row(
+        Source::of(
+            &[gross],
             "gross",
             "gross errors",
-            e.gross,
-            format!("{} of the soundings", e.gross),
+            format!("{gross} of the soundings"),
             Acts { gross: 1.0, ..none },
         ),
-        row(
+        Source::of(
+            &arm_m,
+            "lever_arm",
+            "error of the lever arm",
+            format!(
+                "{} m, once per axis",
+                arm_m.iter().copied().fold(0.0, f64::max)
+            ),
+            Acts { arm: 1.0, ..none },
+        ),
+    ]
+}
+
+/// Heave, height and sound speed.
+fn of_the_water(scenario: &SeabedScenario) -> [Option<Source>; 3] {
+    let (e, none) = (&scenario.errors, Acts::NONE);
+    [
+        Source::of(
+            &[e.heave_scale, e.heave_lag_s],
             "heave",
             "scale and lag of the heave channel",
-            largest(&[e.heave_scale, e.heave_lag_s]),
             format!("{} of the heave, {} s", e.heave_scale, e.heave_lag_s),
             Acts { heave: 1.0, ..none },
         ),
-        row(
+        Source::of(
+            &[e.line_height_m],
             "line_height",
             "heights of the lines",
-            e.line_height_m,
             format!("{} m, once per line", e.line_height_m),
             Acts {
                 heights: 1.0,
                 ..none
             },
         ),
-        row(
+        Source::of(
+            &[e.profile],
             "profile",
             "error of the sound-speed profile",
-            e.profile,
             format!("{} of the speed at 20 m", e.profile),
             Acts { water: 1.0, ..none },
         ),
-        row(
-            "lever_arm",
-            "error of the lever arm",
-            largest(&m.lever_arm_sigma_m),
-            format!("{} m, once per axis", largest(&m.lever_arm_sigma_m)),
-            Acts { arm: 1.0, ..none },
-        ),
-    ];
-    all.into_iter().flatten().collect()
+    ]
+}
+
+/// The sources that act in a scenario.
+fn acting(scenario: &SeabedScenario) -> Vec<Source> {
+    let all = (of_the_ins(scenario).into_iter())
+        .chain(of_the_sounder(scenario))
+        .chain(of_the_water(scenario));
+    all.flatten().collect()
 }
 
 /// Errors of pitch, roll, yaw (radians) and latency (seconds).
