@@ -4,15 +4,16 @@
 
 /** A line chart with a logarithmic or linear ordinate. Series: { name, colour, points: [[x, y]] }. */
 function lineChart({ title, x, y, log, series, marks }) {
-  const width = 370, height = 250, box = { left: 68, right: 10, top: 12, bottom: 42 };
+  const width = 370, height = 250;
   const shown = series.map(s => ({ ...s, points: s.points.filter(p => !missing(p[1]) && (!log || p[1] > 0)) })).filter(s => s.points.length);
   if (!shown.length) return el("figure", {}, el("p", { class: "note" }, `${title}: no iterations recorded.`));
   const turn = log ? Math.log10 : v => v, all = shown.flatMap(s => s.points.map(p => turn(p[1])));
   let low = Math.min(...all), high = Math.max(...all);
   [low, high] = log ? [Math.floor(low - 1e-9), Math.ceil(high + 1e-9)] : low === high ? [low - 1, high + 1] : [low - 0.05 * (high - low), high + 0.05 * (high - low)];
+  const levels = ordinateTicks(low, high, log), box = { left: besideLabels(levels, 68), right: 10, top: 12, bottom: 42 };
   const last = Math.max(2, ...shown.flatMap(s => s.points.map(p => p[0])));
   const at = { x: v => box.left + (v - 1) / (last - 1) * (width - box.left - box.right), y: v => height - box.bottom - (v - low) / (high - low) * (height - box.top - box.bottom) };
-  const parts = [...ordinate(low, high, log, at, box, width), ...abscissa(last, at, box, height), ...outerMarks(marks || [], at, box, height)];
+  const parts = [...ordinate(levels, at, box, width), ...abscissa(last, at, box, height), ...outerMarks(marks || [], at, box, height)];
   parts.push(text(11, (box.top + height - box.bottom) / 2, y, { transform: `rotate(-90 11 ${(box.top + height - box.bottom) / 2})`, "text-anchor": "middle", class: "soft" }),
     text((box.left + width - box.right) / 2, height - 6, x, { "text-anchor": "middle", class: "soft" }));
   const lines = shown.map(s => seriesLine(s, turn, at));
@@ -20,12 +21,17 @@ function lineChart({ title, x, y, log, series, marks }) {
   return el("figure", {}, el("h3", {}, title), names, picture(width, height, title, parts, lines));
 }
 
-function ordinate(low, high, log, at, box, width) {
+/** Places and labels of an ordinate. */
+function ordinateTicks(low, high, log) {
   const step = log ? Math.max(1, Math.ceil((high - low) / 6)) : tickStep(low, high, 5);
   const places = log ? Array.from({ length: Math.floor((high - low) / step) + 1 }, (_, i) => low + i * step) : ticks(low, high, 5);
-  return places.flatMap(v => [
+  return places.map(v => [v, log ? powerLabel(v) : tickLabel(v, step)]);
+}
+
+function ordinate(levels, at, box, width) {
+  return levels.flatMap(([v, label]) => [
     svg("line", { x1: box.left, x2: width - box.right, y1: at.y(v), y2: at.y(v), stroke: INK.line }),
-    text(box.left - 7, at.y(v) + 4, log ? powerLabel(v) : tickLabel(v, step), { "text-anchor": "end", class: "soft" })]);
+    text(box.left - 7, at.y(v) + 4, label, { "text-anchor": "end", class: "soft" })]);
 }
 
 function abscissa(last, at, box, height) {
@@ -114,25 +120,26 @@ function buildCorrections() {
 // WHAT THE DATA DETERMINE
 
 function heatMap(matrix, title, names) {
-  const cell = names.length > 8 ? 38 : 56, left = 8 + 6.5 * Math.max(...names.map(name => name.length)), top = names.length > 8 ? left : 24, size = cell * names.length, small = names.length > 8;
+  const small = names.length > 8, cell = small ? 38 : 56, left = 8 + 6.5 * Math.max(...names.map(name => name.length)), turned = left > cell, top = turned ? left : 24, size = cell * names.length;
   const cells = matrix.flatMap((row, i) => row.flatMap((value, j) => {
     const dark = Math.abs(value) > 0.75 && i !== j, place = small ? 1 : Math.abs(value) > 0.95 && i !== j ? 3 : 2;
     return [svg("rect", { x: left + j * cell, y: top + i * cell, width: cell - 1.5, height: cell - 1.5, fill: i === j ? "var(--wash)" : css(diverging(value)) }),
       text(left + (j + 0.5) * cell, top + (i + 0.5) * cell + 4, digits(value, place), { "text-anchor": "middle", style: dark ? "fill:#fff" : i === j ? null : "fill:#1c2730" })];
   }));
-  const above = (name, i) => { const x = left + (i + 0.5) * cell; return small ? text(x + 4, top - 6, name, { transform: `rotate(-90 ${x + 4} ${top - 6})` }) : text(x, top - 8, name, { "text-anchor": "middle" }); };
+  const above = (name, i) => { const x = left + (i + 0.5) * cell; return turned ? text(x + 4, top - 6, name, { transform: `rotate(-90 ${x + 4} ${top - 6})` }) : text(x, top - 8, name, { "text-anchor": "middle" }); };
   const labels = names.flatMap((name, i) => [text(left - 7, top + (i + 0.5) * cell + 4, name, { "text-anchor": "end" }), above(name, i)]);
   return el("figure", {}, el("h3", {}, title), picture(left + size, top + size, title, cells, labels));
 }
 
+/** The names stand on the left, each bar on its side of the zero. */
 function combination(weak) {
-  const entries = Object.entries(weak.combination);
-  const width = 320, mid = 160, row = 20, sizes = Math.max(1, ...entries.map(entry => Math.abs(entry[1])));
+  const entries = Object.entries(weak.combination), names = 8 + 6.5 * Math.max(...entries.map(([name]) => name.length));
+  const width = names + 250, mid = names + 125, row = 20, sizes = Math.max(1, ...entries.map(entry => Math.abs(entry[1])));
   return picture(width, row * entries.length + 4, "components of the weak direction", svg("line", { x1: mid, x2: mid, y1: 0, y2: row * entries.length, stroke: INK.mark }),
     entries.map(([name, value], i) => {
-      const length = Math.abs(value) / sizes * 90, x = value < 0 ? mid - length : mid;
-      return [svg("rect", { x, y: i * row + 4, width: length, height: row - 8, fill: css(diverging(Math.sign(value) * 0.7)) }),
-        text(value < 0 ? x - 5 : x + length + 5, i * row + 14, `${name} ${digits(value, 2)}`, { "text-anchor": value < 0 ? "end" : "start" })];
+      const length = Math.abs(value) / sizes * 80, x = value < 0 ? mid - length : mid, y = i * row + 14;
+      return [text(names - 8, y, name, { "text-anchor": "end" }), svg("rect", { x, y: i * row + 4, width: length, height: row - 8, fill: css(diverging(Math.sign(value) * 0.7)) }),
+        text(value < 0 ? x - 5 : x + length + 5, y, digits(value, 2), { "text-anchor": value < 0 ? "end" : "start" })];
     }));
 }
 

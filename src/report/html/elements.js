@@ -99,9 +99,12 @@ function css(colour) { return `rgb(${colour.join(",")})`; }
 
 // TABLES
 
+/** Letters from which on a cell is a sentence, which is not squeezed into a word's width on a phone. */
+const SENTENCE = 40;
+
 /** A table; a cell that is a string starting with "#" is a number and stands to the right. */
 function table(head, rows) {
-  const cell = (tag, content) => typeof content === "string" && content.startsWith("#") ? el(tag, { class: "n" }, content.slice(1)) : el(tag, {}, content);
+  const cell = (tag, content) => typeof content === "string" && content.startsWith("#") ? el(tag, { class: "n" }, content.slice(1)) : el(tag, typeof content === "string" && content.length > SENTENCE ? { class: "words" } : {}, content);
   return el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, head.map(content => cell("th", content)))),
     el("tbody", {}, rows.map(row => el("tr", {}, row.map(content => cell("td", content)))))));
 }

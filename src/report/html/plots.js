@@ -52,14 +52,18 @@ function logTicks(low, high, count) {
   return list;
 }
 
+/** Where an axis stands that has its labels on the left and its name beside them: at least `least`. */
+const besideLabels = (labels, least) => Math.max(least, 26 + 7.2 * Math.max(0, ...labels.map(([, label]) => label.length)));
+
 /** A plot of curves. x, y: { label, log, words, whole, also }; series: { name, colour, dash, points, dots, line, size }; marks: level lines { y, name }. */
 function plot({ title, sub, x, y, series, marks = [], width = 380, height = 260 }) {
-  const box = { left: 62, right: 14, top: 12, bottom: 42 };
   const seen = series.map(s => ({ ...s, points: s.points.filter(p => !missing(p[0]) && !missing(p[1]) && (!y.log || p[1] > 0)) })).filter(s => s.points.length);
   const head = el("h3", {}, title, sub ? el("small", {}, `  ${sub}`) : "");
   if (!seen.length) return el("figure", {}, head, note("nothing to show"));
-  const flat = seen.flatMap(s => s.points.flatMap(p => p[2] ? [p, [p[0], p[2][0]], [p[0], p[2][1]]] : [p])), across = scale([...flat.map(p => p[0]), ...(x.also || [])], x.log, box.left, width - box.right, 6);
-  const up = scale([...flat.map(p => p[1]), ...marks.map(m => m.y), ...(y.also || [])], y.log, height - box.bottom, box.top, 5);
+  const flat = seen.flatMap(s => s.points.flatMap(p => p[2] ? [p, [p[0], p[2][0]], [p[0], p[2][1]]] : [p]));
+  const box = { right: 14, top: 12, bottom: 42 }, up = scale([...flat.map(p => p[1]), ...marks.map(m => m.y), ...(y.also || [])], y.log, height - box.bottom, box.top, 5);
+  box.left = besideLabels(up.ticks, 62);
+  const across = scale([...flat.map(p => p[0]), ...(x.also || [])], x.log, box.left, width - box.right, 6);
   const parts = [...frame(box, width, height, x, y, across, up), ...levels(marks, up, box, width)];
   return el("figure", {}, head, picture(width, height, title, parts, seen.map(s => curve(s, across, up))));
 }
