@@ -353,11 +353,11 @@ mod tests {
     fn one_and_two_threads_give_the_same_bytes() {
         let toy = Toy::new(9, 1500, 4);
         let run = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
+            let workers = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            let solution = pool.install(|| {
+            let solution = workers.install(|| {
                 solve(&toy.problem(), Estimate::new(toy.parameters()), &tight()).unwrap()
             });
             (

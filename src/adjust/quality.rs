@@ -435,11 +435,11 @@ mod tests {
         let mut toy = Toy::new(23, 1200, 4);
         toy.rows[3210].observed += 8.0;
         let run = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
+            let workers = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| {
+            workers.install(|| {
                 let solution =
                     solve(&toy.problem(), Estimate::new(toy.parameters()), &tight()).unwrap();
                 assess(&toy.problem(), &solution, &QualityOptions::default()).unwrap()

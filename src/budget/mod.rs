@@ -124,10 +124,10 @@ mod tests {
         let experiment = Experiment::new(&toy, 1, trials, single);
         let folder = tempfile::tempdir().expect("folder");
         let done = experiment.prepare(folder.path(), false).expect("ledgers");
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let workers = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let stop = AtomicBool::new(false);
         let run = || experiment.run(folder.path(), &done, &stop, &|_| {});
-        pool.expect("a pool").install(run).expect("trials");
+        workers.expect("threads").install(run).expect("trials");
         budget(&toy, Some((&experiment, folder.path())), &[], &|_| {}).expect("a budget")
     }
 

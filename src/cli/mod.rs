@@ -115,8 +115,8 @@ fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
 /// Sets the size of the thread pool.
 fn threads(count: Option<u16>) -> Result<(), CliError> {
     let Some(count) = count else { return Ok(()) };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.into());
-    pool.build_global().map_err(|e| CliError::Threads {
+    let workers = rayon::ThreadPoolBuilder::new().num_threads(count.into());
+    workers.build_global().map_err(|e| CliError::Threads {
         found: e.to_string(),
     })
 }

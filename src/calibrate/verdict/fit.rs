@@ -213,14 +213,14 @@ mod tests {
     #[test]
     fn a_contradicted_prior_is_named_with_its_sigmas() {
         let prior = PriorTest {
-            name: "rail seat heading".to_owned(),
+            name: "seat heading".to_owned(),
             unit: Unit::Radian,
             residual: -4.7_f64.to_radians(),
             sigma: 0.1_f64.to_radians(),
             normalised: -47.0,
         };
         let found = priors(&[prior], &VerdictConfig::default());
-        assert!(found[0].seen.contains("rail seat heading") && found[0].seen.contains("47 sigma"));
+        assert!(found[0].seen.contains("seat heading") && found[0].seen.contains("47 sigma"));
         assert!(
             found[0].seen.contains("-4.70 ± 0.10 deg"),
             "{}",
