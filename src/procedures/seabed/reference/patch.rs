@@ -6,7 +6,7 @@
 //! | latency | one track, one direction, two speeds | middle |
 //! | pitch | one track, opposite directions | middle |
 //! | roll | one track, opposite directions | all |
-//! | yaw | tracks side by side | all in the overlap |
+//! | yaw | tracks side by side, where another pair gives pitch and roll: what is left of them would be taken for yaw | all in the overlap |
 //!
 //! Each is where the two lines' surfaces differ least: planes in small cells, their differences weighted and cut off.
 
@@ -125,6 +125,18 @@ impl Sought {
         }
     }
 
+    /// The pair that suits best; none for a parameter that would take up what no pair gives.
+    fn best(self, layout: &Layout) -> Option<&Pair> {
+        let suited = |pair| Some((self.suits(pair)?, pair));
+        let best = (layout.pairs.iter().filter_map(suited)).max_by(|a, b| a.0.total_cmp(&b.0));
+        let clean = self != Self::Yaw
+            || Self::Roll
+                .best(layout)
+                .and(Self::Pitch.best(layout))
+                .is_some();
+        best.map(|(_, pair)| pair).filter(|_| clean)
+    }
+
     fn moved(self, values: &Values, by: f64) -> Values {
         let mut step = vec![0.0; super::super::model::COUNT + values.states.len()];
         step[self.column()] = by;
@@ -152,12 +164,7 @@ pub fn patch_test(
     };
     for _ in 0..config.rounds {
         for sought in config.order.split('-').filter_map(Sought::of) {
-            let best = layout
-                .pairs
-                .iter()
-                .filter_map(|pair| Some((sought.suits(pair)?, pair)))
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((_, pair)) = best else {
+            let Some(pair) = sought.best(layout) else {
                 patch.steps.push(no_pair(sought));
                 continue;
             };
@@ -355,6 +362,34 @@ mod tests {
         let mut spoiled = offs.clone();
         spoiled[5].0 = 40.0;
         assert!(misfit(&spoiled, 0.01) < misfit(&offs, 0.01) + CUT_M * CUT_M / 39.0);
+    }
+
+    /// Production lines side by side without one sailed back: their outer beams would give a yaw of degrees out of roll and pitch.
+    #[test]
+    fn yaw_waits_for_pitch_and_roll() {
+        let pair = |kind, tiles| Pair {
+            lines: [0, 1],
+            kind,
+            apart_m: 30.0,
+            speed_ratio: 1.0,
+            opposite: true,
+            tiles,
+        };
+        let layout = |pairs| Layout {
+            tracks: vec![],
+            pairs,
+        };
+        let beside = pair(PairKind::Offset, 50);
+        let alone = layout(vec![beside.clone(), pair(PairKind::Crossing, 80)]);
+        assert_eq!(Sought::Yaw.best(&alone), None);
+        let whole = layout(vec![
+            pair(PairKind::Offset, 30),
+            beside.clone(),
+            pair(PairKind::Reciprocal, 90),
+        ]);
+        assert_eq!(Sought::Yaw.best(&whole), Some(&beside));
+        assert_eq!(Sought::Roll.best(&whole), Some(&whole.pairs[2]));
+        assert_eq!(Sought::Latency.best(&whole), None);
     }
 
     #[test]
