@@ -2,21 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+use toml::de::{DeTable, DeValue};
 
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::FormatError;
 use crate::formats::error::read_text;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
 use crate::simulate::Scenario;
-use crate::simulate::scenario::complaint;
 use crate::survey::document::Document;
-use crate::survey::problem::ScenarioError;
-use crate::survey::problem::{Problem, SurveyError};
+use crate::survey::problem::{ScenarioError, SurveyError};
 use crate::survey::procedure::OF_SCENARIO;
-use crate::survey::schema::{self, Kind};
+use crate::survey::scenario::{calibration_faults, deserialised, line_of, take_calibration};
+use crate::survey::schema::Kind;
 use crate::survey::section::section;
 
 /// A scenario, and what it says of the survey files and the calibration.
@@ -88,7 +86,7 @@ impl ScenarioFile {
     /// [`ScenarioError`] for what reading the file let through, which is nothing.
     pub fn calibration(&self, file: &Path) -> Result<Calibration, ScenarioError> {
         let mut found: Calibration = toml::from_str(&self.calibration.to_string())
-            .map_err(|e| fault(file, e.message().to_owned()))?;
+            .map_err(|e| ScenarioError::one(file, e.message().to_owned()))?;
         found.joint.verdict = found.verdict.clone();
         Ok(found)
     }
@@ -98,7 +96,7 @@ impl ScenarioFile {
 fn unread(error: FormatError) -> ScenarioError {
     let place = error.place;
     let (found, expected) = (error.found, error.expected);
-    fault(
+    ScenarioError::one(
         &error.file,
         format!("{place}: found {found}, expected {expected}"),
     )
@@ -107,18 +105,7 @@ fn unread(error: FormatError) -> ScenarioError {
 /// What is wrong with a target file that a scenario names, under its own name.
 fn in_target(error: &SurveyError) -> ScenarioError {
     let file = error.problems.first().map(|p| p.file.clone());
-    in_file(&file.unwrap_or_default(), &error.problems)
-}
-
-fn in_file(file: &Path, problems: &[Problem]) -> ScenarioError {
-    ScenarioError {
-        file: file.to_owned(),
-        faults: problems.iter().map(in_words).collect(),
-    }
-}
-
-fn in_words(p: &Problem) -> String {
-    format!("{}: found {}, expected {}", p.place, p.found, p.expected)
+    ScenarioError::of(&file.unwrap_or_default(), &error.problems)
 }
 
 /// The faults with their lines.
@@ -127,17 +114,6 @@ fn placed(document: &Document<'_>, faults: &[String]) -> ScenarioError {
         file: document.file().to_owned(),
         faults: faults.iter().map(|fault| document.placed(fault)).collect(),
     }
-}
-
-/// Faults of `[sequential]`, `[joint]` and `[verdict]`, judged as in a survey file.
-fn calibration_faults(document: &Document<'_>) -> Vec<String> {
-    let own = |p: &&Problem| {
-        ["[sequential]", "[joint]", "[verdict]"]
-            .iter()
-            .any(|section| p.place.contains(section))
-    };
-    let problems = schema::check(document, Calibration::KEYS);
-    problems.iter().filter(own).map(in_words).collect()
 }
 
 /// Names of files to write that would lead out of the survey's folder.
@@ -153,12 +129,8 @@ fn paths_out(paths: &[(&str, Option<&str>)]) -> Vec<String> {
         .collect()
 }
 
-fn fault(file: &Path, fault: String) -> ScenarioError {
-    ScenarioError {
-        file: file.to_owned(),
-        faults: vec![fault],
-    }
-}
+/// Sections that are handed on to the survey file.
+const OF_CALIBRATION: &[&str] = &["sequential", "joint", "verdict"];
 
 fn parse(
     file: &Path,
@@ -166,9 +138,10 @@ fn parse(
     open: impl Fn(&str) -> Result<String, ScenarioError>,
 ) -> Result<ScenarioFile, ScenarioError> {
     let mut root = table_of(file, text)?;
-    let document = Document::parse(file, text).map_err(|problems| in_file(file, &problems))?;
+    let document =
+        Document::parse(file, text).map_err(|problems| ScenarioError::of(file, &problems))?;
     if let Some(found) = other_kind(&root) {
-        return Err(fault(
+        return Err(ScenarioError::one(
             file,
             format!("found {found}, expected a scenario of a pool survey"),
         ));
@@ -192,14 +165,15 @@ fn parse(
         name(&mut root, "lidar", "lidar.laz"),
         name(&mut root, "multibeam", "multibeam.csv"),
     );
-    let calibration = take_calibration(&mut root);
-    let mut faults = calibration_faults(&document);
+    root.get_mut().remove("procedure");
+    let calibration = take_calibration(&mut root, OF_CALIBRATION);
+    let mut faults = calibration_faults(&document, Calibration::KEYS, OF_CALIBRATION);
     faults.extend(paths_out(&[
         ("trajectory.path", trajectory.as_deref()),
         ("lidar.path", Some(&lidar)),
         ("multibeam.path", Some(&multibeam)),
     ]));
-    let found = deserialise(text, &mut root).map_err(|more| faults.extend(more));
+    let found = deserialised(text, &mut root, Scenario::check).map_err(|more| faults.extend(more));
     let Ok(scenario) = found else {
         return Err(placed(&document, &faults));
     };
@@ -254,11 +228,6 @@ fn other_kind(root: &Spanned<DeTable<'_>>) -> Option<String> {
     }
 }
 
-fn line_of(text: &str, error: &toml::de::Error) -> usize {
-    let begin = error.span().map_or(0, |span| span.start);
-    1 + text.bytes().take(begin).filter(|&b| b == b'\n').count()
-}
-
 fn path_of_model(root: &Spanned<DeTable<'_>>) -> Option<String> {
     let target = root.get_ref().get("target")?.get_ref().as_table()?;
     Some(target.get("model")?.get_ref().as_str()?.to_owned())
@@ -281,67 +250,6 @@ fn take_text(root: &mut Spanned<DeTable<'_>>, section: &str, key: &str) -> Optio
     let text = table.get(key)?.get_ref().as_str()?.to_owned();
     table.remove(key);
     Some(text)
-}
-
-/// Removes what is meant for the calibration; the survey file's reader judges it.
-fn take_calibration(root: &mut Spanned<DeTable<'_>>) -> toml::Table {
-    root.get_mut().remove("procedure");
-    let take = |key: &str| {
-        let value = root.get_mut().remove(key)?;
-        let value = toml::Value::deserialize(ValueDeserializer::from(value)).ok()?;
-        Some((key.to_owned(), value))
-    };
-    ["sequential", "joint", "verdict"]
-        .into_iter()
-        .filter_map(take)
-        .collect()
-}
-
-/// The scenario, or every unknown key, then the first other misfit, then impossible values.
-fn deserialise(text: &str, root: &mut Spanned<DeTable<'_>>) -> Result<Scenario, Vec<String>> {
-    let mut faults = vec![];
-    loop {
-        let error = match Scenario::deserialize(Deserializer::from(root.clone())) {
-            Ok(scenario) => {
-                faults.extend(scenario.check());
-                return if faults.is_empty() {
-                    Ok(scenario)
-                } else {
-                    Err(faults)
-                };
-            }
-            Err(error) => error,
-        };
-        let removed =
-            error.message().starts_with("unknown field") && remove(root.get_mut(), error.span());
-        faults.push(format!(
-            "line {}: {}",
-            line_of(text, &error),
-            complaint(error.message())
-        ));
-        if !removed {
-            return Err(faults);
-        }
-    }
-}
-
-/// Removes the key at this place of the text, wherever it is; false if there is none.
-fn remove(table: &mut DeTable<'_>, span: Option<std::ops::Range<usize>>) -> bool {
-    let Some(span) = span else { return false };
-    let here = table.keys().find(|key| key.span() == span);
-    if let Some(name) = here.map(|key| key.get_ref().to_string()) {
-        return table.remove(name.as_str()).is_some();
-    }
-    let mut values = table.iter_mut().map(|(_, value)| value.get_mut());
-    values.any(|value| remove_below(value, &span))
-}
-
-fn remove_below(value: &mut DeValue<'_>, span: &std::ops::Range<usize>) -> bool {
-    match value {
-        DeValue::Table(table) => remove(table, Some(span.clone())),
-        DeValue::Array(values) => values.iter_mut().any(|v| remove_below(v.get_mut(), span)),
-        _ => false,
-    }
 }
 
 #[cfg(test)]

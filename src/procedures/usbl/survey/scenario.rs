@@ -3,16 +3,14 @@
 use crate::calibrate::verdict::VerdictConfig;
 use std::path::Path;
 
-use serde::Deserialize;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+use toml::de::DeTable;
 
 use crate::procedures::usbl::simulate::Scenario;
 use crate::procedures::usbl::{JointConfig, ReferenceConfig};
-use crate::simulate::scenario::complaint;
 use crate::survey::ScenarioError;
 use crate::survey::document::Document;
-use crate::survey::schema::{self, Kind};
+use crate::survey::scenario::{calibration_faults, deserialised, take_calibration};
+use crate::survey::schema::Kind;
 use crate::survey::section::section;
 
 /// A scenario and how its survey is to be calibrated.
@@ -38,6 +36,9 @@ section! {
     }
 }
 
+/// Sections that are handed on to the survey file.
+const OF_CALIBRATION: &[&str] = &["reference", "joint", "verdict"];
+
 /// Reads a scenario file.
 ///
 /// # Errors
@@ -45,7 +46,7 @@ section! {
 pub fn read(file: &Path) -> Result<UsblScenarioFile, ScenarioError> {
     let unread = |e: crate::formats::FormatError| {
         let fault = format!("{}: found {}, expected {}", e.place, e.found, e.expected);
-        failed(file, vec![fault])
+        ScenarioError::one(file, fault)
     };
     let text = crate::formats::error::read_text(file).map_err(unread)?;
     from_text(file, &text)
@@ -63,16 +64,12 @@ fn failed(file: &Path, faults: Vec<String>) -> ScenarioError {
 /// # Errors
 /// As [`read`].
 pub fn from_text(file: &Path, text: &str) -> Result<UsblScenarioFile, ScenarioError> {
-    let document = Document::parse(file, text).map_err(|problems| {
-        let fault = problems
-            .iter()
-            .map(|p| format!("{}: found {}, expected {}", p.place, p.found, p.expected));
-        failed(file, fault.collect())
-    })?;
-    let mut faults = calibration_faults(&document);
+    let document =
+        Document::parse(file, text).map_err(|problems| ScenarioError::of(file, &problems))?;
+    let mut faults = calibration_faults(&document, Calibration::KEYS, OF_CALIBRATION);
     let (mut root, _) = DeTable::parse_recoverable(text);
-    let calibration = take_calibration(&mut root);
-    match deserialise(text, &mut root) {
+    let calibration = take_calibration(&mut root, OF_CALIBRATION);
+    match deserialised(text, &mut root, Scenario::check) {
         Ok(scenario) if faults.is_empty() => Ok(UsblScenarioFile {
             scenario,
             calibration,
@@ -93,78 +90,8 @@ impl UsblScenarioFile {
     pub fn calibration(&self, file: &Path) -> Result<Calibration, ScenarioError> {
         let text = self.calibration.to_string();
         let mut found: Calibration =
-            toml::from_str(&text).map_err(|e| failed(file, vec![e.message().to_owned()]))?;
+            toml::from_str(&text).map_err(|e| ScenarioError::one(file, e.message().to_owned()))?;
         found.joint.verdict = found.verdict.clone();
         Ok(found)
     }
-}
-
-/// Faults of `[reference]`, `[joint]` and `[verdict]`.
-fn calibration_faults(document: &Document<'_>) -> Vec<String> {
-    let problems = schema::check(document, Calibration::KEYS);
-    let own = |place: &str| {
-        ["[reference]", "[joint]", "[verdict]"]
-            .iter()
-            .any(|section| place.contains(section))
-    };
-    problems
-        .into_iter()
-        .filter(|p| own(&p.place))
-        .map(|p| format!("{}: found {}, expected {}", p.place, p.found, p.expected))
-        .collect()
-}
-
-fn take_calibration(root: &mut Spanned<DeTable<'_>>) -> toml::Table {
-    let mut take = |key: &str| {
-        let value = root.get_mut().remove(key)?;
-        let value = toml::Value::deserialize(ValueDeserializer::from(value)).ok()?;
-        Some((key.to_owned(), value))
-    };
-    ["reference", "joint", "verdict"]
-        .into_iter()
-        .filter_map(&mut take)
-        .collect()
-}
-
-/// The scenario, or every unknown key, then the first other misfit, then impossible values.
-fn deserialise(text: &str, root: &mut Spanned<DeTable<'_>>) -> Result<Scenario, Vec<String>> {
-    let mut faults = vec![];
-    loop {
-        let error = match Scenario::deserialize(Deserializer::from(root.clone())) {
-            Ok(scenario) => {
-                faults.extend(scenario.check());
-                return if faults.is_empty() {
-                    Ok(scenario)
-                } else {
-                    Err(faults)
-                };
-            }
-            Err(error) => error,
-        };
-        let span = error.span();
-        let begin = span.as_ref().map_or(0, |s| s.start);
-        let line = 1 + text.bytes().take(begin).filter(|&b| b == b'\n').count();
-        faults.push(format!("line {line}: {}", complaint(error.message())));
-        let unknown = error.message().starts_with("unknown field");
-        if !(unknown && span.is_some_and(|span| remove(root.get_mut(), &span))) {
-            return Err(faults);
-        }
-    }
-}
-
-/// Removes the key at this place of the text, wherever it is; false if there is none.
-fn remove(table: &mut DeTable<'_>, span: &std::ops::Range<usize>) -> bool {
-    let here = table.keys().find(|key| key.span() == *span);
-    if let Some(name) = here.map(|key| key.get_ref().to_string()) {
-        return table.remove(name.as_str()).is_some();
-    }
-    let mut values = table.iter_mut().map(|(_, value)| value.get_mut());
-    values.any(|value| match value {
-        DeValue::Table(inner) => remove(inner, span),
-        DeValue::Array(items) => items.iter_mut().any(|item| match item.get_mut() {
-            DeValue::Table(inner) => remove(inner, span),
-            _ => false,
-        }),
-        _ => false,
-    })
 }
