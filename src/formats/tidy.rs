@@ -47,7 +47,7 @@ impl LaserRecords {
         let repeated = self.len() - kept.len();
         if repeated > 0 {
             self.notes.push(format!(
-                "{repeated} of {} returns are repeated (same time, same place); each was used once",
+                "{repeated} of {} returns are duplicates (same time and place); each was used once",
                 self.len()
             ));
             self.take(&kept);

@@ -15,6 +15,8 @@ mod budget_analytic;
 mod budget_named;
 mod budget_pages;
 #[cfg(feature = "cli")]
+mod cases;
+#[cfg(feature = "cli")]
 mod cli;
 #[cfg(feature = "cli")]
 mod common;

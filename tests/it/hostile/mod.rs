@@ -54,7 +54,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 /// A folder with a copy of the pool's fixture.
-fn survey_folder() -> tempfile::TempDir {
+pub(crate) fn survey_folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("folder");
     for name in [
         "survey.toml",

@@ -477,7 +477,7 @@ fn notes(
     let mut notes = Vec::from_iter(week::passed("attitude record", attitude_s));
     if repeats > 0 {
         notes.push(format!(
-            "{repeats} of {read} fixes are repeated (same beacon, time and values); each was used once"
+            "{repeats} of {read} fixes are duplicates (same time, beacon and values); each was used once"
         ));
     }
     if dropped > 0 {
