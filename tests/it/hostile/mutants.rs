@@ -9,7 +9,7 @@ use boresight::calibrate::seam::Procedure;
 use boresight::formats::registry::{FORMATS, Format};
 use boresight::procedures;
 
-use super::{ROOT, count, fixture, names, run, survey_folder};
+use super::{ROOT, accepted, count, fixture, names, run, survey_folder};
 
 /// Numbers that are the same in every run.
 struct Numbers(u64);
@@ -298,28 +298,51 @@ fn mutants_of_every_survey_are_read_or_refused_in_words() {
     }
 }
 
-/// The whole command on mutants of every file of a survey: it ends with 0, 1 or 2, panics never, and writes nothing where it refuses.
-#[test]
-fn a_calibration_of_mutants_ends_in_order() {
-    let wanted = count("BORESIGHT_MUTANTS", 100).div_ceil(20);
-    let folder = survey_folder();
+/// The whole command on mutants of files of a survey: it ends with 0, 1 or 2, panics never, and writes nothing where it refuses.
+fn calibrations_end_in_order(folder: &Path, files: &[String], wanted: usize) {
     let mut numbers = Numbers(0x2545_f491_4f6c_dd1d);
-    for name in names(folder.path()) {
-        let path = folder.path().join(&name);
+    for name in files {
+        let path = folder.join(name);
         let good = std::fs::read(&path).expect("bytes");
         for k in 0..wanted {
             std::fs::write(&path, mutant(&good, &mut numbers)).expect("written");
-            let output = run(folder.path(), &["calibrate", "survey.toml", "--out", "out"]);
+            let output = run(folder, &["calibrate", "survey.toml", "--out", "out"]);
             let said = String::from_utf8_lossy(&output.stderr).into_owned();
             let code = output.status.code();
             assert!(
                 matches!(code, Some(0..=2)) && !said.contains("panicked"),
                 "{name}, mutant {k}: {code:?} {said}"
             );
-            let out = folder.path().join("out");
+            let out = folder.join("out");
             assert_eq!(out.exists(), code != Some(2), "{name}, mutant {k}: {said}");
             let _ = std::fs::remove_dir_all(out);
         }
         std::fs::write(&path, good).expect("written");
+    }
+}
+
+#[test]
+fn a_calibration_of_mutants_ends_in_order() {
+    let wanted = count("BORESIGHT_MUTANTS", 100).div_ceil(20);
+    let folder = survey_folder();
+    calibrations_end_in_order(folder.path(), &names(folder.path()), wanted);
+}
+
+/// The same of a seabed survey in a recorder's files.
+#[test]
+fn a_calibration_of_a_recorder_s_mutants_ends_in_order() {
+    let wanted = count("BORESIGHT_MUTANTS", 100).div_ceil(100);
+    let thin = String::from_utf8(fixture("models/scenarios/seabed-thin.toml")).expect("text");
+    for format in ["all", "kmall"] {
+        let folder = tempfile::tempdir().expect("folder");
+        let text = thin.replace("seed = 1", &format!("seed = 1\nformat = \"{format}\""));
+        assert_ne!(text, thin);
+        std::fs::write(folder.path().join("s.toml"), text).expect("written");
+        accepted(folder.path(), &["simulate", "s.toml", "--out", "survey"]);
+        let survey = folder.path().join("survey");
+        let mut files = names(&survey);
+        files.retain(|name| name.ends_with(format));
+        assert_eq!(files.len(), 4, "{files:?}");
+        calibrations_end_in_order(&survey, &files, wanted);
     }
 }
