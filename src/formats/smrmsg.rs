@@ -7,6 +7,7 @@ use std::io::{BufReader, Read};
 use std::path::Path;
 
 use super::error::{FaultKind, FormatError, Place, open};
+use super::week;
 use crate::units::radians;
 
 /// Bytes of a record.
@@ -15,7 +16,7 @@ const RECORD: usize = 80;
 /// Standard deviations over time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Accuracies {
-    /// Time, seconds of the week, not descending.
+    /// Time, seconds of the week, not descending: counted on past the end of the week.
     pub time_s: Vec<f64>,
     /// Position east, north, up, metres.
     pub position_m: Vec<[f64; 3]>,
@@ -66,6 +67,7 @@ pub fn read_from(file: &Path, source: impl Read, size: u64) -> Result<Accuracies
             let expected = "a time and nine accuracies that are not negative";
             return fault(FaultKind::BadValue, place, format!("{d:?}"), expected);
         }
+        d[0] = week::following(all.time_s.last().copied(), d[0]);
         if all.time_s.last().is_some_and(|before| d[0] < *before) {
             let found = format!("time {}", d[0]);
             return fault(FaultKind::Order, place, found, "times that do not descend");
@@ -96,6 +98,17 @@ mod tests {
         let all = read_bytes(&bytes).expect("readable");
         assert_eq!(all.position_m, [[0.01, 0.02, 0.03]]);
         assert!((all.attitude_rad[0][2].to_degrees() - 0.02).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_end_of_a_week_is_counted_on() {
+        let sigmas = |time_s: f64| {
+            let mut record = [0.01; 10];
+            record[0] = time_s;
+            file(record)
+        };
+        let all = read_bytes(&[sigmas(604_799.5), sigmas(0.5)].concat()).expect("readable");
+        assert_eq!(all.time_s, [604_799.5, 604_800.5]);
     }
 
     #[test]

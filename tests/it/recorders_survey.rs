@@ -249,3 +249,79 @@ fn heave_serves_where_no_height_is_and_a_template_comes_from_the_files() {
     let output = run(&["check", "from.toml"], &survey);
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));
 }
+
+/// Position, height (metres), roll and pitch, heading (degrees): drifts of the thin scenario.
+const DRIFTS: [(&str, f64); 4] = [
+    ("position_drift_sigma_m", 0.01),
+    ("height_drift_sigma_m", 0.015),
+    ("roll_pitch_drift_sigma_deg", 0.004),
+    ("heading_drift_sigma_deg", 0.012),
+];
+
+/// An SMRMSG once a second: the scenario's drifts times a factor of the seconds since the first sounding.
+fn smrmsg(survey: &Path, factor: impl Fn(f64) -> f64) {
+    let first = std::fs::read(survey.join("0001_1.kmall")).expect("a file");
+    let unix_s = u32::from_le_bytes(first[12..16].try_into().expect("four bytes"));
+    let week_s = (f64::from(unix_s) - 315_964_800.0) % 604_800.0;
+    let [position_m, height_m, tilt, heading] = DRIFTS.map(|(_, sigma)| sigma);
+    let mut bytes = vec![];
+    for second in -60..3000 {
+        let second = f64::from(second);
+        let sigmas = [position_m, position_m, height_m, 0.01, 0.01, 0.01];
+        let angles = [tilt, tilt, heading].map(|degrees| 60.0 * degrees);
+        let sigmas = sigmas.iter().chain(&angles).map(|s| s * factor(second));
+        for value in std::iter::once(week_s + second).chain(sigmas) {
+            bytes.extend_from_slice(&value.to_le_bytes());
+        }
+    }
+    std::fs::write(survey.join("smrmsg.out"), bytes).expect("written");
+}
+
+/// Values and sigmas of the parameters with the drifts as stated, or from accuracies that change as `factor` does.
+fn with_accuracies(factor: Option<fn(f64) -> f64>) -> Vec<[f64; 2]> {
+    let folder = simulated(&scenario("kmall"));
+    let survey = folder.path().join("survey");
+    if let Some(factor) = factor {
+        smrmsg(&survey, factor);
+        let path = survey.join("survey.toml");
+        let mut text = std::fs::read_to_string(&path).expect("a file");
+        for (key, sigma) in DRIFTS {
+            let line = format!("{key} = {sigma}\n");
+            assert!(text.contains(&line), "{line}{text}");
+            text = text.replace(&line, "");
+        }
+        std::fs::write(&path, text).expect("written");
+        let keys = "accuracies = \"smrmsg.out\"\ntime = \"utc-week\"";
+        appended(&survey, "trajectory", keys);
+    }
+    let arguments = ["calibrate", SURVEY, "--method", "joint", "--out", "out"];
+    let output = run(&arguments, folder.path());
+    assert!(folder.path().join("out").exists(), "{}", words(&output));
+    let result = json(&folder.path().join("out/result.json"));
+    let parameters = result["solutions"]["joint"]["parameters"].as_array();
+    let number = |value: &Value| value.as_f64().unwrap_or(0.0);
+    let parameters = parameters.expect("parameters").iter();
+    parameters
+        .map(|p| [number(&p["value"]), number(&p["sigma"])])
+        .collect()
+}
+
+/// Accuracies that do not change are the same as those sigmas in the survey file; ones that change give other weights.
+#[test]
+fn accuracies_of_an_sbet_count_moment_by_moment() {
+    let stated = with_accuracies(None);
+    let apart = |other: &[[f64; 2]], k: usize| {
+        let each = stated.iter().zip(other).filter(|(a, _)| a[1] > 0.0);
+        each.map(|(a, b)| (a[k] - b[k]).abs() / a[1])
+            .fold(0.0, f64::max)
+    };
+    let constant = with_accuracies(Some(|_| 1.0));
+    assert!(
+        apart(&constant, 0).max(apart(&constant, 1)) < 1e-6,
+        "{constant:?} {stated:?}"
+    );
+    // the same root mean square over the file's 210 and 2850 records
+    let changing = with_accuracies(Some(|second| if second < 150.0 { 0.1 } else { 1.035_834 }));
+    assert!(apart(&changing, 1) > 0.02, "{changing:?} {stated:?}");
+    assert!(apart(&changing, 0) > 1e-3, "{changing:?} {stated:?}");
+}

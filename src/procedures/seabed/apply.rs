@@ -49,7 +49,7 @@ struct Under {
 
 impl Under {
     fn new(scene: &Scene, calibrated: &Calibrated) -> Self {
-        let states = States::new(&scene.lines, &scene.ins);
+        let states = States::new(&scene.lines, &scene.ins, &scene.drift);
         let sensor = &calibrated.sensor;
         let mut values = Values {
             mounting: sensor.mounting,

@@ -260,7 +260,7 @@ const SMALL_STEP: f64 = 0.03;
 
 impl<'a> Work<'a> {
     fn new(scene: &'a Scene, config: &'a JointSettings, watch: &'a dyn Watch) -> Self {
-        let states = States::new(&scene.lines, &scene.ins);
+        let states = States::new(&scene.lines, &scene.ins, &scene.drift);
         Self {
             scene,
             config,

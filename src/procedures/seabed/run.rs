@@ -45,7 +45,7 @@ fn by_reference(
     layout: &Layout,
 ) -> Result<Reference, ReferenceError> {
     let (scene, config) = (input.scene, input.reference);
-    let states = States::new(&scene.lines, &scene.ins);
+    let states = States::new(&scene.lines, &scene.ins, &scene.drift);
     let widest_rad = input.joint.max_angle_deg.to_radians();
     if config.by_features() {
         let found = features(scene, &states, alive, layout, config, widest_rad)?;

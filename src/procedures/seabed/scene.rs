@@ -32,6 +32,35 @@ pub struct InsNoise {
     pub heading_correlation_s: f64,
 }
 
+/// Standard deviations of the trajectory's drift where a file states them over time; linear between its records, held at the ends.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DriftSigmas {
+    /// Time of each record, seconds on the trajectory's clock, not descending.
+    pub time_s: Vec<f64>,
+    /// East, north, up (metres), turns about the body's x, y, z (radians); empty where [`InsNoise`] holds all along.
+    pub components: [Vec<f64>; 6],
+}
+
+impl DriftSigmas {
+    /// Of one component at a time; nothing where the file states none.
+    #[must_use]
+    pub fn at(&self, component: usize, time_s: f64) -> Option<f64> {
+        let sigmas = &self.components[component];
+        let after = self.time_s.partition_point(|t| *t < time_s);
+        let (a, b) = (
+            after.saturating_sub(1),
+            after.min(self.time_s.len().checked_sub(1)?),
+        );
+        let (begin, end) = (*sigmas.get(a)?, *sigmas.get(b)?);
+        let part = (time_s - self.time_s[a]) / (self.time_s[b] - self.time_s[a]);
+        Some(if part > 0.0 && part < 1.0 {
+            begin + part * (end - begin)
+        } else {
+            end
+        })
+    }
+}
+
 /// A-priori noise of the sonar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SonarNoise {
@@ -183,6 +212,8 @@ pub struct Scene {
     pub heave_m: Vec<f64>,
     /// What the INS claims.
     pub ins: InsNoise,
+    /// How its drift's standard deviations change along the survey, where a file says so.
+    pub drift: DriftSigmas,
     /// The lines.
     pub lines: Vec<Line>,
     /// All soundings, line after line, in order of time within each.

@@ -1,6 +1,6 @@
 //! Slow errors of the trajectory as Gauss-Markov states on knots, line by line, and one height of each line.
 
-use super::scene::{InsNoise, Line};
+use super::scene::{DriftSigmas, InsNoise, Line};
 use crate::math;
 use crate::results::DriftSample;
 
@@ -38,9 +38,22 @@ const DRIFTING: [Component; 6] = [
 struct Chain {
     component: Component,
     sigma: f64,
+    /// Standard deviation at each knot, line after line.
+    sigmas: Vec<f64>,
     correlation_s: f64,
     /// Per line: first state, first knot (seconds), knot interval (seconds), number of knots.
     knots: Vec<Knots>,
+}
+
+impl Chain {
+    /// The knots' times, line after line.
+    fn times_s(&self) -> impl Iterator<Item = f64> {
+        let of = |knots: &Knots| {
+            let knots = *knots;
+            (0..knots.count).map(move |k| knots.time_s(k))
+        };
+        self.knots.iter().flat_map(of)
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,20 +102,23 @@ const SLOW_KNOTS_S: f64 = 12.0;
 /// Knots of the height, seconds: its drift falls into the band of the waves, where pitch and yaw have their information. Straight lines
 /// between knots of 2 s have half the drift's power at a period of 5 s, and the sigma of a pitch by motion alone is an eighth too small.
 const HEIGHT_KNOTS_S: f64 = 1.0;
+/// A stated sigma below this share of the component's own counts as this much: nothing is known without an error.
+const LEAST_SIGMA: f64 = 1e-3;
 /// Most states of one component; longer surveys get wider knots.
 const MOST_KNOTS: usize = 200_000;
 
 impl States {
     /// For these lines.
     #[must_use]
-    pub fn new(lines: &[Line], ins: &InsNoise) -> Self {
+    pub fn new(lines: &[Line], ins: &InsNoise, drift: &DriftSigmas) -> Self {
         let (mut chains, mut next) = (vec![], 0);
-        for component in DRIFTING {
+        for (place, component) in DRIFTING.into_iter().enumerate() {
             let (sigma, correlation_s, wanted_s) = spec(component, ins);
             let interval_s = widened(lines, wanted_s);
             let mut chain = Chain {
                 component,
                 sigma,
+                sigmas: vec![],
                 correlation_s,
                 knots: vec![],
             };
@@ -118,6 +134,9 @@ impl States {
                 next += count;
             }
             if sigma > 0.0 {
+                let at = |time_s| drift.at(place, time_s).unwrap_or(sigma);
+                let floor = LEAST_SIGMA * sigma;
+                chain.sigmas = chain.times_s().map(|t| at(t).max(floor)).collect();
                 chains.push(chain);
             } else {
                 next = chain.knots.first().map_or(next, |k| k.first);
@@ -218,26 +237,25 @@ impl States {
 
     /// Calls `add(row, column, information)` with the lower triangle of the priors' information.
     ///
-    /// A chain runs on from line to line: `x' = phi x + w`, `var w = sigma^2 (1 - phi^2)`, exact for any interval.
+    /// A chain runs on from line to line: `x' / sigma' = phi x / sigma + w`, `var w = 1 - phi^2`, exact for any interval; the sigma may
+    /// change from knot to knot.
     pub fn each_information(&self, mut add: impl FnMut(usize, usize, f64)) {
         for chain in &self.chains {
-            let variance = chain.sigma * chain.sigma;
-            let mut before: Option<(usize, f64)> = None;
-            let knots = chain.knots.iter();
-            for (state, time_s) in
-                knots.flat_map(|k| (0..k.count).map(move |i| (k.first + i, k.time_s(i))))
-            {
-                match before {
-                    None => add(state, state, 1.0 / variance),
-                    Some((last, last_s)) => {
-                        let keep = math::exp(-(time_s - last_s).abs() / chain.correlation_s);
-                        let information = 1.0 / (variance * (1.0 - keep * keep).max(1e-12));
-                        add(state, state, information);
-                        add(last, last, keep * keep * information);
-                        add(state.max(last), state.min(last), -keep * information);
-                    }
+            let first = chain.knots.first().map_or(0, |k| k.first);
+            let mut before: Option<(usize, f64, f64)> = None;
+            for (k, (time_s, sigma)) in chain.times_s().zip(&chain.sigmas).enumerate() {
+                let (state, sigma) = (first + k, *sigma);
+                if let Some((last, last_s, sigma_before)) = before {
+                    let keep = math::exp(-(time_s - last_s).abs() / chain.correlation_s);
+                    let fresh = (1.0 - keep * keep).max(1e-12);
+                    let of = |a: f64, b: f64| 1.0 / (a * b * fresh);
+                    add(state, state, of(sigma, sigma));
+                    add(last, last, keep * keep * of(sigma_before, sigma_before));
+                    add(state, last, -keep * of(sigma, sigma_before));
+                } else {
+                    add(state, state, 1.0 / (sigma * sigma));
                 }
-                before = Some((state, time_s));
+                before = Some((state, time_s, sigma));
             }
         }
         for (line, sigma_m) in self.height_sigmas_m.iter().enumerate() {
@@ -276,4 +294,94 @@ fn spec(component: Component, ins: &InsNoise) -> (f64, f64, f64) {
 fn widened(lines: &[Line], wanted_s: f64) -> f64 {
     let span_s: f64 = lines.iter().map(|l| (l.end_s - l.start_s).max(0.0)).sum();
     wanted_s.max(span_s / MOST_KNOTS as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+
+    fn line(start_s: f64, end_s: f64) -> Line {
+        Line {
+            name: "line".to_owned(),
+            start_s,
+            end_s,
+            cast: 0,
+            tide_m: 0.0,
+            lift_m: 0.0,
+            height_sigma_m: 0.03,
+        }
+    }
+
+    /// Roll and pitch that drift, nothing else.
+    const INS: InsNoise = InsNoise {
+        position_m: 0.01,
+        position_drift_m: 0.0,
+        height_drift_m: 0.0,
+        position_correlation_s: 100.0,
+        roll_pitch_rad: 1e-4,
+        roll_pitch_drift_rad: 2e-4,
+        roll_pitch_correlation_s: 60.0,
+        heading_rad: 1e-4,
+        heading_drift_rad: 0.0,
+        heading_correlation_s: 100.0,
+    };
+
+    fn information(states: &States) -> DMatrix<f64> {
+        let mut all = DMatrix::zeros(states.len(), states.len());
+        states.each_information(|row, column, information| {
+            all[(row, column)] += information;
+            if row != column {
+                all[(column, row)] += information;
+            }
+        });
+        all
+    }
+
+    /// Of the turn about x, `a` at 0 s and `b` at 200 s.
+    fn drift(a: f64, b: f64) -> DriftSigmas {
+        let mut components: [Vec<f64>; 6] = Default::default();
+        components[3] = vec![a, b];
+        DriftSigmas {
+            time_s: vec![0.0, 200.0],
+            components,
+        }
+    }
+
+    /// Two lines, a gap between them: the covariance of any two knots is the product of their own sigmas and the correlation.
+    #[test]
+    fn sigmas_over_time_make_the_drift_s_covariance() {
+        let lines = [line(0.0, 60.0), line(130.0, 170.0)];
+        let states = States::new(&lines, &INS, &drift(1e-4, 5e-4));
+        let chain = &states.chains[0];
+        assert_eq!(chain.component, Component::Pitch);
+        let times: Vec<f64> = chain.times_s().collect();
+        let covariance = information(&states).try_inverse().expect("regular");
+        for (i, a) in times.iter().enumerate() {
+            for (j, b) in times.iter().enumerate() {
+                let sigma = |t: f64| 1e-4 + 2e-6 * t;
+                let due = sigma(*a) * sigma(*b) * math::exp(-(a - b).abs() / 60.0);
+                let off = (covariance[(i, j)] - due).abs();
+                assert!(off < 1e-9 * sigma(*a) * sigma(*b), "{i} {j}: {off}");
+            }
+        }
+        // the other components have their own all along
+        let roll = covariance[(times.len(), times.len())];
+        assert!((roll - 4e-8).abs() < 1e-16, "{roll}");
+    }
+
+    #[test]
+    fn a_constant_sigma_over_time_is_the_stated_one() {
+        let lines = [line(0.0, 60.0), line(130.0, 170.0)];
+        let stated = States::new(&lines, &INS, &DriftSigmas::default());
+        let constant = States::new(&lines, &INS, &drift(2e-4, 2e-4));
+        assert_eq!(information(&stated), information(&constant));
+    }
+
+    #[test]
+    fn a_sigma_of_nothing_leaves_the_equations_regular() {
+        let states = States::new(&[line(0.0, 60.0)], &INS, &drift(0.0, 0.0));
+        assert!(information(&states).iter().all(|i| i.is_finite()));
+    }
 }

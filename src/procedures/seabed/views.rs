@@ -88,7 +88,7 @@ const FEWEST_OF_BIN: u32 = 25;
 
 /// The views of an outcome; nothing where the lines do not meet.
 pub(super) fn views(outcome: &SeabedOutcome, scene: &Scene) -> Views {
-    let states = States::new(&scene.lines, &scene.ins);
+    let states = States::new(&scene.lines, &scene.ins, &scene.drift);
     let nominal = Values::nominal(scene, &states);
     let mut solutions = vec![("before", &nominal)];
     if let Some(Ok(reference)) = &outcome.reference {

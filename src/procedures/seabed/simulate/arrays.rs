@@ -140,7 +140,7 @@ arrays = { receiver_mounting_deg = { roll = 1.5, pitch = -0.4, heading = 0.6 }, 
             &[write::profile(&scenario, &survey)],
             &write::soundings(&scenario, &survey.shots),
         );
-        let states = States::new(&scene.lines, &scene.ins);
+        let states = States::new(&scene.lines, &scene.ins, &scene.drift);
         let bed = Seabed::new(&scenario.bed, area(&scenario), 3);
         let off_m = |values: &Values| {
             let locator = Locator::new(&scene, &states, values).expect("a profile");

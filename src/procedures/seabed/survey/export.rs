@@ -211,7 +211,7 @@ impl<'a> Export<'a> {
 
     /// The pings of one line with the solution that a sounder makes of them by its installation values.
     fn pings(&self, number: usize) -> Vec<(Ping, Solution)> {
-        let states = States::new(&self.scene.lines, &self.scene.ins);
+        let states = States::new(&self.scene.lines, &self.scene.ins, &self.scene.drift);
         let values = Values::nominal(&self.scene, &states);
         let Some(locator) = Locator::new(&self.scene, &states, &values) else {
             return vec![];

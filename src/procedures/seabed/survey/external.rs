@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
+use super::super::scene::DriftSigmas;
 use super::file::SeabedSurveyFile;
 use super::recorded::heights;
 use crate::formats::recorder::{TimeScale, utc};
@@ -51,12 +52,12 @@ pub(super) fn read(
     };
     let path = folder.join(name);
     let (mut records, scale, mut notes) = of_file(file, &path)?;
-    let clock = Clock::new(file, &path, scale, &records, observed)?;
+    let clock = Clock::new(file, &path, scale, &records.time_s, observed)?;
     for time_s in &mut records.time_s {
         *time_s += clock.shift_s;
     }
     notes.push(clock.words.clone());
-    overlapping(&path, &records, observed)?;
+    overlapping(&path, &records.time_s, observed)?;
     agreeing(&path, &records, &observed.recorded)?;
     let arm_m = Vector3::from(file.trajectory.lever_arm_m);
     Ok(Some(External {
@@ -97,7 +98,7 @@ fn of_file(file: &SeabedSurveyFile, path: &Path) -> Result<Read, SurveyError> {
     Ok((made.records, scale, made.notes))
 }
 
-/// What is added to the times of a trajectory to make them UTC.
+/// What is added to the times of a file to make them UTC.
 struct Clock {
     shift_s: f64,
     words: String,
@@ -108,7 +109,7 @@ impl Clock {
         file: &SeabedSurveyFile,
         path: &Path,
         scale: Option<TimeScale>,
-        records: &TrajectoryRecords,
+        times_s: &[f64],
         observed: &Observed,
     ) -> Result<Self, SurveyError> {
         let t = &file.trajectory;
@@ -137,7 +138,7 @@ impl Clock {
         let begin_s = match t.week {
             _ if unit_s == 0.0 => 0.0,
             Some(week) if unit_s == utc::WEEK_S => utc::from_gps_week(week, 0.0),
-            _ => begin_s(records, observed, (unit_s, epoch_s), behind_s),
+            _ => begin_s(times_s, observed, (unit_s, epoch_s), behind_s),
         };
         let words = if unit_s == 0.0 {
             format!("times of the trajectory: {named}, {behind_s} s taken off")
@@ -152,9 +153,9 @@ impl Clock {
     }
 }
 
-/// Begin of the week or day in which the trajectory meets the soundings: that of the first sounding, or the one before.
+/// Begin of the week or day in which the file meets the soundings: that of the first sounding, or the one before.
 fn begin_s(
-    records: &TrajectoryRecords,
+    times_s: &[f64],
     observed: &Observed,
     (unit_s, epoch_s): (f64, f64),
     behind_s: f64,
@@ -163,7 +164,7 @@ fn begin_s(
     let own = epoch_s + ((first_s - epoch_s) / unit_s).floor() * unit_s;
     let soundings = soundings_span(observed);
     let meets = |begin_s: &f64| {
-        let span = Span::of(&records.time_s).zip(soundings);
+        let span = Span::of(times_s).zip(soundings);
         span.is_some_and(|(trajectory, soundings)| {
             let moved = Span {
                 first_s: trajectory.first_s + begin_s - behind_s,
@@ -184,13 +185,9 @@ fn soundings_span(observed: &Observed) -> Option<Span> {
     })
 }
 
-/// Refuses a trajectory that never meets the soundings, with the confusion of clocks that would explain it.
-fn overlapping(
-    path: &Path,
-    records: &TrajectoryRecords,
-    observed: &Observed,
-) -> Result<(), SurveyError> {
-    let (Some(own), Some(soundings)) = (Span::of(&records.time_s), soundings_span(observed)) else {
+/// Refuses a file whose times never meet the soundings, with the confusion of clocks that would explain it.
+fn overlapping(path: &Path, times_s: &[f64], observed: &Observed) -> Result<(), SurveyError> {
+    let (Some(own), Some(soundings)) = (Span::of(times_s), soundings_span(observed)) else {
         return Ok(());
     };
     if own.overlaps(&soundings) {
@@ -257,17 +254,25 @@ fn roll_rad(records: &TrajectoryRecords, time_s: f64) -> Option<f64> {
     (end_s - begin_s < 1.0).then_some(a + share * (b - a))
 }
 
-/// Drift sigmas of the survey file from the accuracies of an SBET, over the lines: what the survey file gives itself stays.
+/// Drift sigmas from the accuracies of an SBET, record by record, and as root mean squares in the survey file; what the survey file gives
+/// itself stays.
 pub(super) fn accuracies(
     file: &mut SeabedSurveyFile,
     folder: &Path,
+    observed: &Observed,
     is_given: impl Fn(&str) -> bool,
-) -> Result<Option<String>, SurveyError> {
+) -> Result<Option<(DriftSigmas, String)>, SurveyError> {
     let Some(name) = file.trajectory.accuracies.clone() else {
         return Ok(None);
     };
     let path: PathBuf = folder.join(&name);
-    let all = smrmsg::read(&path)?;
+    let mut all = smrmsg::read(&path)?;
+    let scale = Some(TimeScale::SecondsOfWeek);
+    let clock = Clock::new(file, &path, scale, &all.time_s, observed)?;
+    for time_s in &mut all.time_s {
+        *time_s += clock.shift_s;
+    }
+    overlapping(&path, &all.time_s, observed)?;
     let [horizontal_m, height_m, tilt_deg, heading_deg] = rms(&all);
     let t = &mut file.trajectory;
     let targets = [
@@ -281,9 +286,30 @@ pub(super) fn accuracies(
             *target = value;
         }
     }
-    Ok(Some(format!(
-        "accuracies of {name}: position {horizontal_m:.4} m, height {height_m:.4} m, roll and pitch {tilt_deg:.4} deg, heading {heading_deg:.4} deg, taken as drifts"
-    )))
+    let words = format!(
+        "accuracies of {name}: position {horizontal_m:.4} m, height {height_m:.4} m, roll and pitch {tilt_deg:.4} deg, heading {heading_deg:.4} deg as root mean squares, taken as drifts, each moment with its own"
+    );
+    Ok(Some((over_time(all, is_given), words)))
+}
+
+/// The accuracies of the components whose drift the survey file does not give.
+fn over_time(all: Accuracies, is_given: impl Fn(&str) -> bool) -> DriftSigmas {
+    let column = |key: usize, rows: &[[f64; 3]], k: usize| match is_given(MEASURED[key]) {
+        true => vec![],
+        false => rows.iter().map(|row| row[k]).collect(),
+    };
+    let (place, angles) = (&all.position_m, &all.attitude_rad);
+    DriftSigmas {
+        components: [
+            column(0, place, 0),
+            column(0, place, 1),
+            column(1, place, 2),
+            column(2, angles, 1),
+            column(2, angles, 0),
+            column(3, angles, 2),
+        ],
+        time_s: all.time_s,
+    }
 }
 
 /// Root mean squares: horizontal per axis, height, roll and pitch, heading; metres and degrees.

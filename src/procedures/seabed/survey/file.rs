@@ -74,7 +74,7 @@ section! {
     pub struct TrajectorySection {
         /// Path of the trajectory. With recorder files it may be left out: then their own navigation is used.
         path: Option<String> = or (None), Kind::Text;
-        /// Accuracies of an SBET (SMRMSG). Their root mean square becomes the drift sigmas that are not given.
+        /// Accuracies of an SBET (SMRMSG). They become the drift sigmas that are not given, each moment with its own.
         accuracies: Option<String> = or (None), Kind::Text;
         /// What the times of `path` are where the soundings are a recorder's (UTC): the same, on the GPS scale, or seconds of the week or
         /// of the day on either.

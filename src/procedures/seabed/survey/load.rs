@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
-use super::super::scene::{Line, Scene, Sounding, Water, wave_heave_m};
+use super::super::scene::{DriftSigmas, Line, Scene, Sounding, Water, wave_heave_m};
 use super::casts;
 use super::file::SeabedSurveyFile;
 use super::recorded::{self, recorder_files};
@@ -191,6 +191,7 @@ fn of_recorders(
         from.casts.iter().map(|cast| cast.1.clone()).collect()
     };
     let mut scene = scene(&from.file, from.trajectory, &profiles, &from.soundings);
+    scene.drift = from.drift;
     if by_name {
         one_each(&mut scene, &profiles);
     } else {
@@ -383,6 +384,7 @@ pub fn scene_of(
     let mut scene = Scene {
         heave_m: wave_heave_m(&trajectory, gap_s),
         ins: file.ins(),
+        drift: DriftSigmas::default(),
         water: water(level_m, casts, &soundings),
         lines,
         soundings,

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::super::scene::DriftSigmas;
 use super::external::{self, External};
 use super::file::{LineSection, SeabedSurveyFile};
 use super::filled::{self, Given};
@@ -25,6 +26,8 @@ pub(super) struct FromRecorders {
     pub(super) soundings: SoundingRecords,
     /// Poses of the reference point.
     pub(super) trajectory: TrajectoryRecords,
+    /// Standard deviations of its drift over time, where a file states them.
+    pub(super) drift: DriftSigmas,
     /// Casts in order of time, with it; without a time where the survey file names the profile.
     pub(super) casts: Vec<(Option<f64>, SoundSpeedProfile)>,
     /// What was done and what to look at, in words.
@@ -115,7 +118,9 @@ pub(super) fn load(
         &mut notes,
     ))?;
     let is_given = |key: &str| given.trajectory.iter().any(|own| own == key);
-    notes.extend(external::accuracies(&mut file, folder, is_given)?);
+    let accuracies = external::accuracies(&mut file, folder, &observed, is_given)?;
+    let (drift, said) = accuracies.unzip();
+    notes.extend(said);
     let external = external::read(&file, folder, &observed)?;
     let paths: Vec<PathBuf> = names.iter().map(|name| folder.join(name)).collect();
     none_of(lines(path, &mut file, &given, &names, &observed))?;
@@ -146,6 +151,7 @@ pub(super) fn load(
         soundings: observed.take_head(head),
         file,
         trajectory: navigation.records,
+        drift: drift.unwrap_or_default(),
         casts,
         notes,
         paths,
