@@ -145,6 +145,45 @@ fn what_is_missing_is_said_with_what_supplies_it() {
     assert!(said.contains("no raw range and angle datagrams"), "{said}");
 }
 
+/// Every other ping under the serial number 102: the one head is asked for, and what is left out of the other is said.
+#[test]
+fn of_two_heads_one_is_asked_for_and_the_other_s_soundings_are_counted() {
+    let split = |survey: &Path| {
+        for path in recorded(survey) {
+            let mut bytes = std::fs::read(&path).expect("a file");
+            let (mut at, mut pings) = (0, 0);
+            while at + 20 <= bytes.len() {
+                let length = u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+                let end = at + 4 + length as usize;
+                if bytes[at + 5] == b'N' {
+                    pings += 1;
+                    if pings % 2 == 0 {
+                        bytes[at + 18..at + 20].copy_from_slice(&102u16.to_le_bytes());
+                        // a sum that was not written
+                        bytes[end - 2..end].fill(0);
+                    }
+                }
+                at = end;
+            }
+            std::fs::write(&path, bytes).expect("written");
+        }
+    };
+    let (code, said) = checked("all", split);
+    assert_eq!(code, Some(2), "{said}");
+    let asked = "[multibeam] head: found soundings of the heads 101, 102";
+    assert!(said.contains(asked), "{said}");
+    let (code, said) = checked("all", |survey| {
+        split(survey);
+        appended(survey, "multibeam", "head = 101");
+    });
+    assert_eq!(code, Some(0), "{said}");
+    let said: Vec<&str> = said.split_whitespace().collect();
+    let said = said.join(" ");
+    let due =
+        "head 101 is calibrated; soundings of the other heads are left out: 6420 of head 102;";
+    assert!(said.contains(due), "{said}");
+}
+
 #[test]
 fn two_heads_under_one_serial_number_are_refused() {
     let (code, said) = checked("all", |survey| {

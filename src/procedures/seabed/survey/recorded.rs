@@ -107,6 +107,7 @@ pub(super) fn load(
     let mut observed = read(folder, &names)?;
     let head = head(path, &file, &observed)?;
     let mut notes = losses(&observed);
+    notes.extend(left_out(&observed, head));
     file.multibeam.head = Some(head);
     let installation = installation(&observed)?;
     none_of(mountings(
@@ -205,6 +206,28 @@ fn head(path: &Path, file: &SeabedSurveyFile, observed: &Observed) -> Result<u32
             Err(Problem::new(path, "[multibeam] head", found, expected).into())
         }
     }
+}
+
+/// Soundings of the other heads, in words.
+fn left_out(observed: &Observed, head: u32) -> Option<String> {
+    let others = observed.heads().into_iter().filter(|other| *other != head);
+    let count = |other: u32| {
+        observed
+            .soundings
+            .head
+            .iter()
+            .filter(|h| **h == other)
+            .count()
+    };
+    let each: Vec<String> = others
+        .map(|other| format!("{} of head {other}", count(other)))
+        .collect();
+    (!each.is_empty()).then(|| {
+        format!(
+            "head {head} is calibrated; soundings of the other heads are left out: {}; calibrate each with head = its number under [multibeam]",
+            each.join(", ")
+        )
+    })
 }
 
 /// What was lost or odd in the files, and notes of their readers.
