@@ -53,5 +53,7 @@ pub use quality::{
 };
 pub use refine::{Snooped, VarianceComponent, VarianceComponents, snoop, variance_components};
 pub use reliability::{ConditionQuality, Effect, Figures, GroupQuality, figures};
-pub use score::{Jump, Score, ScoreColumns, ScoreOptions, Scores, Solved, Suspect, score_tests};
+pub use score::{
+    Jump, Score, ScoreColumns, ScoreOptions, Scores, Solved, Suspect, score_tests, score_tests_of,
+};
 pub use solve::{Solution, solve};

@@ -23,7 +23,6 @@ use super::parameters::{Block, Component, ParameterSet};
 use super::pass::Weighting;
 use super::problem::{Estimate, Problem};
 use super::solve::Solution;
-use super::spectrum::Reduced;
 
 /// Share of a suspect direction's information that must be left after elimination of what is estimated; with less it cannot be told
 /// apart from the parameters.
@@ -152,15 +151,27 @@ pub fn score_tests(
         .for_each(|(source, extended)| source.conditions = extended);
     let at = with_suspects(&solution.estimate, suspects)?;
     let weighting = Weighting::Kernel(solution.kernel);
-    let linearised = linearise(&wider, &at, weighting, None)?;
-    let court = Court::new(
-        &linearised.reduced,
-        &at.parameters,
-        first,
-        suspects,
-        options,
-    );
+    let reduced = linearise(&wider, &at, weighting, None)?.reduced;
+    let mut estimated = at.parameters.free_columns();
+    estimated.truncate(estimated.partition_point(|column| *column < first));
+    let system = (&reduced.information(), &reduced.gradient());
+    let court = Court::new(system, (estimated, first), suspects, options);
     Ok(court.session(options))
+}
+
+/// As [`score_tests`], of a problem that was linearised elsewhere, because its conditions are no rows but correlated in blocks: the
+/// information and the gradient that it leaves, all else eliminated, for its parameters and, behind them, the suspects' columns.
+#[must_use]
+pub fn score_tests_of(
+    information: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    suspects: &[Suspect],
+    options: &ScoreOptions,
+) -> Scores {
+    let further: usize = suspects.iter().map(|s| s.components.len()).sum();
+    let width = information.nrows() - further;
+    let estimated = ((0..width).collect(), width);
+    Court::new((information, gradient), estimated, suspects, options).session(options)
 }
 
 /// A set of conditions with the suspects' columns.
@@ -259,21 +270,17 @@ struct Court {
 
 impl Court {
     fn new(
-        reduced: &Reduced,
-        parameters: &ParameterSet,
-        first: usize,
+        (normal, gradient): (&DMatrix<f64>, &DVector<f64>),
+        (columns, width): (Vec<usize>, usize),
         suspects: &[Suspect],
         options: &ScoreOptions,
     ) -> Self {
-        let (normal, gradient) = (reduced.information(), reduced.gradient());
         let lengths = normal.diagonal().map(|d| d.max(0.0).sqrt());
         let scale: Vec<f64> = lengths
             .iter()
             .map(|l| if *l > 0.0 { *l } else { 1.0 })
             .collect();
-        let free = parameters.free_columns();
-        let split = free.partition_point(|column| *column < first);
-        let mut place = split;
+        let mut place = columns.len();
         let jumps = suspects.iter().map(|suspect| suspect.jumps.clone());
         let jumps = jumps.collect();
         let suspects = suspects.iter().map(|suspect| {
@@ -285,11 +292,11 @@ impl Court {
                 normal[(i, j)] / (scale[i] * scale[j])
             }),
             gradient: DVector::from_fn(scale.len(), |i, _| gradient[i] / scale[i]),
-            scale,
-            estimated: (0..split).collect(),
-            columns: free[..split].to_vec(),
-            width: first,
             suspects: suspects.collect(),
+            scale,
+            estimated: (0..columns.len()).collect(),
+            columns,
+            width,
             jumps,
             misfit: options.misfit,
         }

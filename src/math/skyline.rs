@@ -6,6 +6,8 @@
 
 use std::collections::VecDeque;
 
+use nalgebra::{DMatrix, DVector};
+
 /// A symmetric matrix, its lower triangle row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skyline {
@@ -83,7 +85,7 @@ impl Skyline {
     #[must_use]
     pub fn solve(mut self, right: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
         let scale = self.scaled();
-        self.factor()?;
+        self.factor(self.first.len())?;
         let solved = |b: &Vec<f64>| {
             let mut x = vec![0.0; b.len()];
             for (unknown, value) in b.iter().enumerate() {
@@ -95,6 +97,33 @@ impl Skyline {
             (0..b.len()).map(of).collect()
         };
         Some(right.iter().map(solved).collect())
+    }
+
+    /// What is left for the first `border` unknowns once all others are eliminated: the lower triangle and its mirror image, and the
+    /// right-hand side; `None` where the matrix of the others is not positive definite.
+    #[must_use]
+    pub fn reduced(mut self, border: usize, right: &[f64]) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let scale = self.scaled();
+        let inner = self.first.len() - border;
+        self.factor(inner)?;
+        let mut x = vec![0.0; right.len()];
+        for (unknown, value) in right.iter().enumerate() {
+            x[self.place[unknown]] = value * scale[self.place[unknown]];
+        }
+        for row in 0..right.len() {
+            let (own, first, end) = (self.row(row), self.first[row], row.min(inner));
+            x[row] -= dot(&own[..end - first], &x[first..end]);
+            if row < inner {
+                x[row] /= own[own.len() - 1];
+            }
+        }
+        let left = |i: usize, j: usize| {
+            let (row, column) = (self.place[i], self.place[j]);
+            self.values[self.at(i, j)] / (scale[row] * scale[column])
+        };
+        let of = |unknown: usize| x[self.place[unknown]] / scale[self.place[unknown]];
+        let right = DVector::from_iterator(border, (0..border).map(of));
+        Some((DMatrix::from_fn(border, border, left), right))
     }
 
     /// Makes the diagonal one; the factors by row.
@@ -114,8 +143,8 @@ impl Skyline {
         scale
     }
 
-    /// The matrix becomes its Cholesky factor.
-    fn factor(&mut self) -> Option<()> {
+    /// The first `inner` rows become those of the Cholesky factor; of what stands behind them, what their elimination leaves.
+    fn factor(&mut self, inner: usize) -> Option<()> {
         for row in 0..self.first.len() {
             let (done, rest) = self.values.split_at_mut(self.start[row]);
             let own = &mut rest[..row + 1 - self.first[row]];
@@ -123,17 +152,19 @@ impl Skyline {
             for column in first..row {
                 let begin = first.max(self.first[column]);
                 let other = &done[self.start[column]..self.start[column + 1]];
-                let left = &own[begin - first..column - first];
+                let left = &own[begin - first..column.min(inner) - first];
                 let sum = dot(left, &other[begin - self.first[column]..][..left.len()]);
-                let pivot = other[column - self.first[column]];
-                own[column - first] = (own[column - first] - sum) / pivot;
+                own[column - first] -= sum;
+                if column < inner {
+                    own[column - first] /= other[column - self.first[column]];
+                }
             }
-            let (before, pivot) = own.split_at_mut(row - first);
-            let left = pivot[0] - dot(before, before);
-            if !(left > 0.0) {
+            let before = &own[..row.min(inner) - first];
+            let left = own[row - first] - dot(before, before);
+            if row < inner && !(left > 0.0) {
                 return None;
             }
-            pivot[0] = left.sqrt();
+            own[row - first] = if row < inner { left.sqrt() } else { left };
         }
         Some(())
     }
@@ -245,8 +276,6 @@ fn breadth_first(meet: &[Vec<u32>], from: usize, seen: &mut [bool], all: &mut Ve
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{DMatrix, DVector};
-
     use super::*;
 
     /// Two chains of 30 that meet rung by rung, in an order that is none, and two unknowns that meet all.
@@ -265,8 +294,8 @@ mod tests {
         (62, (0..29).map(rung).collect())
     }
 
-    #[test]
-    fn a_sparse_system_is_solved_as_a_dense_one() {
+    /// The ladder with numbers, sparse and dense, and a right-hand side.
+    fn numbered() -> (Skyline, DMatrix<f64>, Vec<f64>) {
         let (size, groups) = ladder();
         let mut sparse = Skyline::new(size, 2, groups.iter().map(Vec::as_slice));
         let mut dense = DMatrix::zeros(size, size);
@@ -287,6 +316,13 @@ mod tests {
             }
         }
         let right: Vec<f64> = (0..size).map(|k| ((k * 13) % 17) as f64 - 8.0).collect();
+        (sparse, dense, right)
+    }
+
+    #[test]
+    fn a_sparse_system_is_solved_as_a_dense_one() {
+        let (sparse, dense, right) = numbered();
+        let size = right.len();
         let expected = dense
             .cholesky()
             .expect("positive")
@@ -298,6 +334,25 @@ mod tests {
         for (x, y) in found[0].iter().zip(&expected) {
             assert!((x - y).abs() < 1e-12, "{x} {y}");
         }
+    }
+
+    /// The border's own system has the border's part of the solution, also where the border itself is singular.
+    #[test]
+    fn the_border_is_left_when_all_else_is_eliminated() {
+        let (sparse, dense, right) = numbered();
+        let b = DVector::from(right.clone());
+        let expected = dense.cholesky().expect("positive").solve(&b);
+        let (left, own) = sparse.clone().reduced(2, &right).expect("positive");
+        let found = left.clone().cholesky().expect("positive").solve(&own);
+        assert!((found - expected.rows(0, 2)).amax() < 1e-12);
+        let mut singular = sparse;
+        singular.add(
+            1,
+            1,
+            -left[(1, 1)] + left[(0, 1)] * left[(0, 1)] / left[(0, 0)],
+        );
+        let (left, _) = singular.reduced(2, &right).expect("positive inside");
+        assert!(left.determinant().abs() < 1e-12 * left[(0, 0)] * left[(0, 0)]);
     }
 
     #[test]

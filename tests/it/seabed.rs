@@ -68,6 +68,8 @@ fn the_truth_comes_back_and_the_bytes_do_not_depend_on_threads() {
     }
     let result = json(&folder.path().join("one/result.json"));
     let truth = json(&folder.path().join("survey/truth.json"));
+    let bounds = result["verdict"]["bounds"].as_array().expect("bounds");
+    assert_eq!(bounds.len(), 21, "4 of each of 4 lines, 5 of all");
     let joint = &result["solutions"]["joint"];
     let off = turn(joint, &truth);
     for k in 0..3 {
@@ -471,4 +473,69 @@ fn lines_in_one_direction_give_no_roll() {
         verdict.contains("roll needs a line sailed the other way"),
         "{verdict}"
     );
+}
+
+/// Adds to a column of the trajectory's rows by their time.
+fn trajectory_changed(folder: &Path, column: &str, by: impl Fn(f64) -> f64) {
+    let path = folder.join("survey/trajectory.csv");
+    let text = std::fs::read_to_string(&path).expect("a trajectory");
+    let mut rows = text.lines();
+    let head = rows.next().expect("a head");
+    let place = |name: &str| head.split(',').position(|n| n == name).expect("a column");
+    let (time, at) = (place("time_s"), place(column));
+    let changed = rows.map(|row| {
+        let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
+        let number = |k: usize| cells[k].parse::<f64>().expect("a number");
+        let value = number(at) + by(number(time));
+        cells[at] = value.to_string();
+        cells.join(",")
+    });
+    let rows: Vec<String> = changed.collect();
+    std::fs::write(&path, format!("{head}\n{}\n", rows.join("\n"))).expect("written");
+}
+
+/// Begin and end of every line, seconds.
+fn spans(folder: &Path) -> Vec<[f64; 2]> {
+    let text = std::fs::read_to_string(folder.join("survey/survey.toml")).expect("a survey");
+    let of = |key: &str| -> Vec<f64> {
+        let rows = text.lines().filter_map(|l| l.strip_prefix(key));
+        rows.map(|v| v.parse().expect("seconds")).collect()
+    };
+    let pairs = of("start_s = ").into_iter().zip(of("end_s = "));
+    pairs.map(|(start, end)| [start, end]).collect()
+}
+
+/// A line whose roll is 0.4 deg too small: the result is withdrawn, the line comes first with its size within 4 sigmas of the test (one in
+/// 16 000 by chance), and `accept` lets it pass, listed.
+#[test]
+fn a_line_with_its_own_roll_is_named() {
+    let folder = simulated(THIN);
+    let [from, to] = spans(folder.path())[3];
+    trajectory_changed(folder.path(), "roll_deg", |t| {
+        -0.4 * f64::from(u8::from((from..=to).contains(&t)))
+    });
+    let survey = "survey/survey.toml";
+    let calibrate = ["calibrate", survey, "--method", "joint", "--out", "out"];
+    let output = run(&calibrate, folder.path());
+    assert_eq!(output.status.code(), Some(1), "{}", words(&output));
+    let result = json(&folder.path().join("out/result.json"));
+    let first = &result["verdict"]["findings"][0];
+    assert_eq!(first["code"], "roll_of_line", "{first}");
+    assert!(first["seen"].to_string().contains("line 4"), "{first}");
+    let bounds = result["verdict"]["bounds"].as_array().expect("bounds");
+    let mut bounds = bounds.iter();
+    let bound = bounds.rfind(|bound| bound["code"] == "roll_of_line");
+    let bound = bound.expect("line 4");
+    let figure = |key: &str| bound[key][0].as_f64().expect("a number").to_degrees();
+    let off = figure("values") - 0.4;
+    assert!(off.abs() < 4.0 * figure("sigmas"), "{bound}");
+    let path = folder.path().join(survey);
+    let text = std::fs::read_to_string(&path).expect("a survey");
+    let accepting = text.replace("accept = []", "accept = [\"roll_of_line\"]");
+    assert_ne!(text, accepting);
+    std::fs::write(&path, accepting).expect("written");
+    let output = run(&calibrate, folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let result = json(&folder.path().join("out/result.json"));
+    assert_eq!(result["verdict"]["state"], "usable with findings");
 }

@@ -622,7 +622,7 @@ SEABED = {
     "heading 2 deg off": ("heading", column(T, "heading_deg", lambda v: v + 2)),
     "heading drifts by 1 deg": ("heading|scatter|misfit", drifting("heading_deg", 1.0)(T)),
     "roll 3 % large": ("attitude|scatter|misfit|prior", column(T, "roll_deg", lambda v: v * 1.03)),
-    "roll drifts by 0.1 deg": ("scatter|misfit|prior", drifting("roll_deg", 0.1)(T)),
+    "roll drifts by 0.1 deg": ("drift|scatter|misfit|prior", drifting("roll_deg", 0.1)(T)),
     "roll of one line 0.1 deg off": ("line|scatter|misfit|prior", in_line(2, T, add("roll_deg", 0.1))),
     "pitch of one line 0.3 deg off": ("line|scatter|misfit|prior", in_line(2, T, add("pitch_deg", 0.3))),
     "heading of one line 1 deg off": ("line|scatter|misfit|prior", in_line(2, T, add("heading_deg", 1.0))),

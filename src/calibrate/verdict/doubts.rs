@@ -6,13 +6,18 @@ use super::Alternative;
 use super::alternatives::{Otherwise, preferred};
 use crate::adjust::{
     AdjustError, Component, Jump, Problem, Score, ScoreColumns, ScoreOptions, Scores, Solution,
-    Suspect, Unit, score_tests,
+    Suspect, Unit, score_tests, score_tests_of,
 };
 use crate::results::{Bound, Finding, Severity};
 use crate::units::with_sigma;
+use nalgebra::{DMatrix, DVector};
 
 /// Error probability of the score tests of all doubts of a survey together.
 const FAMILY_ALPHA: f64 = 3e-3;
+/// A doubt whose one sigma moves a parameter by more of its sigmas than this is one that the survey cannot tell from the parameter.
+const HANGS_SIGMAS: f64 = 3.0;
+/// Two doubts explain a misfit about as well where the logarithms of their p-values differ by less than this.
+const RIVAL: f64 = 5.0;
 /// Doubts that are named at the most.
 const MOST_NAMED: usize = 3;
 /// A doubt whose effect on every parameter stays below this many sigmas withdraws nothing.
@@ -35,6 +40,8 @@ pub struct Doubt {
     pub certain: f64,
     /// Mistakes that would give its components values known beforehand, such as a sign reversed.
     pub mistakes: Vec<(Alternative, Vec<f64>)>,
+    /// What to do where a parameter hangs on it, so that the survey cannot tell an error of it; nothing is said where this is empty.
+    pub untold: String,
 }
 
 impl Doubt {
@@ -55,6 +62,7 @@ impl Doubt {
             least: 0.0,
             certain: 0.0,
             mistakes: vec![],
+            untold: String::new(),
         }
     }
 
@@ -68,6 +76,15 @@ impl Doubt {
     #[must_use]
     pub fn or(self, mistakes: Vec<(Alternative, Vec<f64>)>) -> Self {
         Self { mistakes, ..self }
+    }
+
+    /// The same, and where a parameter hangs on it that is said, with this advice.
+    #[must_use]
+    pub fn or_untold(self, advice: &str) -> Self {
+        Self {
+            untold: advice.to_owned(),
+            ..self
+        }
     }
 
     /// The same, heard only where an estimate is beyond this size.
@@ -128,25 +145,50 @@ pub fn test(
     sought: &Sought,
     misfit: (f64, f64),
 ) -> Result<Doubted, AdjustError> {
-    let suspects: Vec<Suspect> = doubts
-        .iter()
-        .map(|doubt| Suspect {
-            name: doubt.what.clone(),
-            components: doubt.components.clone(),
-            jumps: doubt.mistakes.iter().map(|m| m.1.clone()).collect(),
-        })
-        .collect();
-    let options = ScoreOptions {
+    let options = options(misfit);
+    let scores = score_tests(problem, solution, &suspects(doubts), columns, &options)?;
+    let sigma = |column: usize| solution.cofactor[(column, column)].sqrt();
+    Ok(worded(&scores, doubts, &sigma, sought))
+}
+
+/// Tests doubts of a problem that was linearised elsewhere ([`score_tests_of`]): the information and gradient of its parameters and,
+/// behind them, of the doubts' columns. `sigma` gives the standard deviation of each parameter.
+#[must_use]
+pub fn test_of(
+    (information, gradient): (&DMatrix<f64>, &DVector<f64>),
+    doubts: &[Doubt],
+    sigma: &dyn Fn(usize) -> f64,
+    sought: &Sought,
+    misfit: (f64, f64),
+) -> Doubted {
+    let scores = score_tests_of(information, gradient, &suspects(doubts), &options(misfit));
+    worded(&scores, doubts, sigma, sought)
+}
+
+fn suspects(doubts: &[Doubt]) -> Vec<Suspect> {
+    let one = |doubt: &Doubt| Suspect {
+        name: doubt.what.clone(),
+        components: doubt.components.clone(),
+        jumps: doubt.mistakes.iter().map(|m| m.1.clone()).collect(),
+    };
+    doubts.iter().map(one).collect()
+}
+
+fn options(misfit: (f64, f64)) -> ScoreOptions {
+    ScoreOptions {
         family_alpha: FAMILY_ALPHA,
         most_guilty: MOST_NAMED,
         misfit,
-    };
-    let scores = score_tests(problem, solution, &suspects, columns, &options)?;
-    Ok(worded(&scores, doubts, solution, sought))
+    }
 }
 
-fn worded(scores: &Scores, doubts: &[Doubt], solution: &Solution, sought: &Sought) -> Doubted {
-    let effect = |score: &Score| effect_in_sigmas(&score.effect, solution, sought);
+fn worded(
+    scores: &Scores,
+    doubts: &[Doubt],
+    sigma: &dyn Fn(usize) -> f64,
+    sought: &Sought,
+) -> Doubted {
+    let effect = |score: &Score| effect_in_sigmas(&score.effect, sigma, sought);
     let finding =
         |score: &Score| guilty(score, &doubts[score.suspect], effect(score), doubts.len());
     let bound = |score: &Score| Bound {
@@ -161,13 +203,51 @@ fn worded(scores: &Scores, doubts: &[Doubt], solution: &Solution, sought: &Sough
             .values()
             .fold(0.0, |most, e| most.max(e.abs())),
     };
-    let guilty = scores.guilty.iter();
-    let heard = guilty.filter(|score| doubts[score.suspect].hears(score));
-    let otherwise = mistaken(scores, doubts, |e| effect_in_sigmas(e, solution, sought));
+    let otherwise = mistaken(scores, doubts, |e| effect_in_sigmas(e, sigma, sought));
     Doubted {
-        findings: heard.map(finding).chain(preferred(otherwise)).collect(),
+        findings: (found(scores, doubts, &finding).into_iter())
+            .chain(preferred(otherwise))
+            .chain(hanging(scores, doubts, &effect))
+            .collect(),
         bounds: scores.alone.iter().map(bound).collect(),
     }
+}
+
+/// The guilty ones. Where they move nothing, those count too that explain about as well what the most significant one does.
+fn found(scores: &Scores, doubts: &[Doubt], finding: &dyn Fn(&Score) -> Finding) -> Vec<Finding> {
+    let guilty = scores.guilty.iter();
+    let heard = guilty.filter(|score| doubts[score.suspect].hears(score));
+    let mut all: Vec<Finding> = heard.map(finding).collect();
+    let Some(first) = scores.guilty.first() else {
+        return all;
+    };
+    let certain = first.statistic > doubts[first.suspect].certain;
+    if certain && all.iter().all(|f| f.severity == Severity::Finding) {
+        let limit = FAMILY_ALPHA / doubts.len() as f64;
+        let rival = |score: &&Score| {
+            score.suspect != first.suspect
+                && score.p_value < limit
+                && score.weight() > first.weight() - RIVAL
+        };
+        let rivals = scores.alone.iter().filter(rival).map(finding);
+        all.extend(rivals.filter(|f| f.severity > Severity::Finding));
+    }
+    all
+}
+
+/// Where a parameter hangs on an innocent doubt, the gravest first.
+fn hanging(
+    scores: &Scores,
+    doubts: &[Doubt],
+    effect: &dyn Fn(&Score) -> BTreeMap<String, f64>,
+) -> Vec<Finding> {
+    let innocent = |score: &&Score| scores.guilty.iter().all(|g| g.suspect != score.suspect);
+    let mut all: Vec<Finding> = (scores.alone.iter().filter(innocent))
+        .filter_map(|score| untold(score, &doubts[score.suspect], &effect(score)))
+        .collect();
+    all.sort_by(|a, b| b.largest_effect().total_cmp(&a.largest_effect()));
+    all.truncate(MOST_NAMED);
+    all
 }
 
 /// The mistakes of a known size that these doubts have, each with what it would come to.
@@ -188,9 +268,13 @@ fn mistaken(
     each.map(one).collect()
 }
 
-fn effect_in_sigmas(effect: &[f64], solution: &Solution, sought: &Sought) -> BTreeMap<String, f64> {
+fn effect_in_sigmas(
+    effect: &[f64],
+    sigma: &dyn Fn(usize) -> f64,
+    sought: &Sought,
+) -> BTreeMap<String, f64> {
     let one = |(name, column): &(String, usize)| {
-        let sigma = solution.cofactor[(*column, *column)].sqrt();
+        let sigma = sigma(*column);
         (sigma > 0.0).then(|| (name.clone(), effect[*column] / sigma))
     };
     sought.iter().filter_map(one).collect()
@@ -215,6 +299,32 @@ fn guilty(score: &Score, doubt: &Doubt, effect: BTreeMap<String, f64>, tests: us
         100.0 * FAMILY_ALPHA
     );
     Finding::new(&doubt.code, severity, seen, threshold, doubt.advice.clone()).with_effect(effect)
+}
+
+/// A parameter that hangs on a doubt of one component: what one sigma of it would move.
+fn untold(score: &Score, doubt: &Doubt, effect: &BTreeMap<String, f64>) -> Option<Finding> {
+    let (estimate, sigma) = (score.estimate.first()?, score.sigma.first()?);
+    if doubt.untold.is_empty() || *estimate == 0.0 {
+        return None;
+    }
+    let of_sigma = |(name, moved): (&String, &f64)| (name.clone(), moved * sigma / estimate.abs());
+    let effect: BTreeMap<String, f64> = effect.iter().map(of_sigma).collect();
+    let (scale, unit) = readable(doubt.components[0].unit);
+    let (name, most) = effect
+        .iter()
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    (most.abs() > HANGS_SIGMAS).then(|| {
+        let seen = format!(
+            "the survey cannot tell whether {}: {:.2} {unit} of it would leave no trace and move {name} by {:.0} sigma",
+            doubt.what,
+            scale * sigma,
+            most.abs()
+        );
+        let threshold = format!("{HANGS_SIGMAS} sigma by one sigma of what is doubted");
+        let severity = Severity::Finding;
+        Finding::new(&doubt.code, severity, seen, threshold, doubt.untold.clone())
+            .with_effect(effect.clone())
+    })
 }
 
 /// One-step estimates with their sigmas in units that readers expect.
@@ -290,5 +400,64 @@ mod tests {
         let cautious = doubt.withdrawing_beyond(1031.0);
         let finding = guilty(&score, &cautious, effect, 12);
         assert_eq!(finding.severity, Severity::Finding);
+    }
+
+    /// A score of one component whose sigma is 1, with its effect on one parameter.
+    fn score(suspect: usize, statistic: f64, effect: f64) -> Score {
+        Score {
+            suspect,
+            statistic,
+            degrees: 1,
+            p_value: crate::stats::ChiSquare::new(1.0).unwrap().above(statistic),
+            estimate: vec![statistic.sqrt()],
+            sigma: vec![1.0],
+            effect: vec![effect],
+            jumps: vec![],
+        }
+    }
+
+    fn said(alone: Vec<Score>, doubts: &[Doubt]) -> Vec<(String, Severity)> {
+        let scores = Scores {
+            guilty: vec![alone[0].clone()],
+            alone,
+        };
+        let doubted = worded(&scores, doubts, &|_| 1.0, &[("roll".to_owned(), 0)]);
+        let one = |f: Finding| (f.code, f.severity);
+        doubted.findings.into_iter().map(one).collect()
+    }
+
+    /// A line's own roll that moves nothing, and a drift that explains nearly the same and moves roll by 3 sigma: the drift withdraws. Where it
+    /// explains much less, or the line's roll counts by itself, or is not certain, it is not heard.
+    #[test]
+    fn what_explains_as_much_counts_where_the_first_moves_nothing() {
+        let doubt = |code| Doubt::single(code, "", Unit::Radian, "").withdrawing_beyond(25.0);
+        let doubts = [doubt("line"), doubt("drift")];
+        let (light, grave) = (Severity::Finding, Severity::Withdraws);
+        let of = |code: &str, severity| (code.to_owned(), severity);
+        let near = said(vec![score(0, 46.0, 0.5), score(1, 45.0, 3.0)], &doubts);
+        assert_eq!(near, [of("line", light), of("drift", grave)]);
+        let far = said(vec![score(0, 60.0, 0.5), score(1, 45.0, 3.0)], &doubts);
+        assert_eq!(far, [of("line", light)]);
+        let alone = said(vec![score(0, 46.0, 2.0), score(1, 45.0, 3.0)], &doubts);
+        assert_eq!(alone, [of("line", grave)]);
+        let doubtful = said(vec![score(0, 24.0, 0.5), score(1, 26.0, 3.0)], &doubts);
+        assert_eq!(doubtful, [of("line", light)]);
+    }
+
+    /// An innocent doubt of which one sigma moves roll by 12 of its own is said, with that figure; one that moves it by 2 is not.
+    #[test]
+    fn what_a_parameter_hangs_on_is_said() {
+        let doubt = |code| Doubt::single(code, "", Unit::Radian, "").or_untold("sail another");
+        let doubts = [doubt("guilty"), doubt("hangs"), doubt("told")];
+        let alone = vec![score(0, 90.0, 5.0), score(1, 4.0, 24.0), score(2, 4.0, 4.0)];
+        let scores = Scores {
+            guilty: vec![alone[0].clone()],
+            alone,
+        };
+        let doubted = worded(&scores, &doubts, &|_| 1.0, &[("roll".to_owned(), 0)]);
+        let codes: Vec<&str> = doubted.findings.iter().map(|f| f.code.as_str()).collect();
+        assert_eq!(codes, ["guilty", "hangs"]);
+        assert!(doubted.findings[1].seen.contains("roll by 12 sigma"));
+        assert_eq!(doubted.findings[1].severity, Severity::Finding);
     }
 }

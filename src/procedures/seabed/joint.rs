@@ -10,6 +10,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::config::JointSettings;
+use super::doubts::Doubts;
 use super::field::{Field, Points};
 use super::model::{COUNT, Locator, Values};
 use super::normal::{
@@ -22,6 +23,7 @@ use super::shared::shared_noise;
 use super::shares::Shares;
 use super::states::States;
 use super::tiles::{Candidate, Cut, Tile, depth_scale};
+use crate::calibrate::verdict::Doubted;
 use crate::calibrate::verdict::bounds::Share;
 use crate::observe::Mounting;
 use crate::watch::{Stopped, Unwatched, Watch};
@@ -115,6 +117,8 @@ pub struct Joint {
     pub rejected: usize,
     /// The states' layout.
     pub states: States,
+    /// What the score tests say; nothing of a survey that is only foreseen.
+    pub doubted: Doubted,
 }
 
 impl Joint {
@@ -192,7 +196,9 @@ pub fn joint_watched(
     work.field_of_single_lines()?;
     work.coarse()?;
     let (tiles, converged) = work.fine()?;
-    work.finish(tiles, converged, screened)
+    let mut found = work.finish(&tiles, converged, screened)?;
+    found.doubted = work.doubted(&found)?;
+    Ok(found)
 }
 
 /// What would be found of a survey whose values and field are known: covariances and sigmas, nothing is solved for.
@@ -213,7 +219,7 @@ pub fn foreseen(
     let screened = work.screen()?;
     let cut = work.cut(config.seabed.tile_m, 2, config.seabed.max_tiles, 0);
     let tiles = work.overlap(cut.tiles(&work.candidates(usize::MAX)?))?;
-    work.finish(tiles, true, screened)
+    work.finish(&tiles, true, screened)
 }
 
 /// Where lines meet, before anything is solved.
@@ -475,6 +481,7 @@ impl<'a> Work<'a> {
             states: fine,
             inflation: 1.0,
             warp_m: 4.0 * self.scale,
+            doubts: None,
         }
     }
 
@@ -568,22 +575,45 @@ impl<'a> Work<'a> {
         Ok(solved.map(|s| std::array::from_fn(|k| s.sigma(k))))
     }
 
+    /// Score tests of what the model has not, at the solution.
+    fn doubted(&self, found: &Joint) -> Result<Doubted, JointError> {
+        let doubts = Doubts::of(self.scene);
+        let sought = Sought {
+            doubts: Some(doubts),
+            ..self.sought(true)
+        };
+        let normal = self.normal(&self.blocks(&found.tiles, &sought, Part::All)?, &sought);
+        let misfit = (normal.omega, normal.freedom);
+        let sigma = |k: usize| found.sigma(k);
+        Ok(normal
+            .without_states()
+            .map_or_else(Doubted::default, |(information, score)| {
+                doubts.tested(
+                    self.scene,
+                    (&information, &score),
+                    &sought.parameters,
+                    &sigma,
+                    misfit,
+                )
+            }))
+    }
+
     fn finish(
-        self,
-        tiles: Vec<Tile>,
+        &self,
+        tiles: &[Tile],
         converged: bool,
         screened: usize,
     ) -> Result<Joint, JointError> {
         let sought = self.sought(true);
         let passed = self.pass(
-            &tiles,
+            tiles,
             &sought,
             COARSE_PASSES + self.config.seabed.max_passes,
         )?;
         let sandwich = sandwich_variances(self.scene, &self.states, &passed.blocks, &passed.solved);
         let shared = shared_noise(
             &self.locator()?,
-            &tiles,
+            tiles,
             &self.alive,
             (&self.field, &sought),
             &passed.solved,
@@ -616,20 +646,21 @@ impl<'a> Work<'a> {
             covariance: std::array::from_fn(|a| std::array::from_fn(|b| covariance(a, b))),
             sandwich_sigma,
             inflation,
-            relief_sigma: self.part_sigma(&tiles, &sought, Part::Relief)?,
-            motion_sigma: self.part_sigma(&tiles, &sought, Part::Motion)?,
+            relief_sigma: self.part_sigma(tiles, &sought, Part::Relief)?,
+            motion_sigma: self.part_sigma(tiles, &sought, Part::Motion)?,
             field: self.field,
             converged,
             omega_over_freedom: passed.normal.omega / passed.normal.freedom,
             freedom: passed.normal.freedom,
-            passes: self.passes,
+            passes: self.passes.clone(),
             tile_m: self.config.seabed.tile_m * self.scale,
-            tiles,
-            alive: self.alive,
+            tiles: tiles.to_vec(),
+            alive: self.alive.clone(),
             screened,
             rejected: self.rejected,
-            values: self.values,
-            states: self.states,
+            values: self.values.clone(),
+            states: self.states.clone(),
+            doubted: Doubted::default(),
         })
     }
 }

@@ -10,6 +10,7 @@
 //! | [`surface`], `views` | lines against each other in small cells; what the report draws of them |
 //! | [`foresight`], `plan` | what a scenario's survey would give, source by source; which line to sail next |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
+//! | [`doubts`] | score tests of what the model has not |
 //! | `alternatives` | signs, order, units: discrete mistakes |
 //! | [`simulate`](mod@simulate) | surveys of a known seabed |
 //! | [`reference`](mod@reference) | the classical patch test; features matched between lines, and the paper's overall adjustment of them |
@@ -18,6 +19,7 @@ mod alternatives;
 pub mod apply;
 mod cones;
 pub mod config;
+pub mod doubts;
 pub mod field;
 pub mod foresight;
 pub mod joint;

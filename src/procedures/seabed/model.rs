@@ -403,6 +403,12 @@ impl Located {
         }
     }
 
+    /// Derivative with respect to a scale of the beam angle.
+    #[must_use]
+    pub fn angle_scale_column(&self, adjusted: &Adjusted) -> Vector3<f64> {
+        self.sideways * (self.range_m * (math::asin(self.sine) + adjusted.across_rad))
+    }
+
     fn attitude_column(&self, k: usize, adjusted: &Adjusted) -> Vector3<f64> {
         let body = self.rotation.tr_mul(&self.adjusted_ray(adjusted)) + self.lever_arm_m;
         self.rotation * Vector3::ith(k, 1.0).cross(&body)

@@ -8,6 +8,7 @@ use crate::math::dense::product;
 use crate::math::skyline::Skyline;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
+use super::doubts::Doubts;
 use super::field::{Collocation, Field, Noise, Points};
 use super::model::{Adjusted, COUNT, Located, Locator};
 use super::scene::Scene;
@@ -36,12 +37,21 @@ pub struct Sought {
     pub inflation: f64,
     /// Length over which common shifts of a tile change, metres.
     pub warp_m: f64,
+    /// Further unknowns, for their score tests.
+    pub doubts: Option<Doubts>,
+}
+
+impl Sought {
+    /// Number of the first state: behind the parameters and what is doubted.
+    fn first_state(&self) -> usize {
+        COUNT + self.doubts.map_or(0, |doubts| doubts.columns())
+    }
 }
 
 /// One tile in the normal equations.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// Numbers of its unknowns: parameters from 0, states from [`COUNT`].
+    /// Numbers of its unknowns: parameters from 0, what is doubted from [`COUNT`], states behind that.
     pub unknowns: Vec<usize>,
     /// Information, without what a common warp takes.
     pub information: DMatrix<f64>,
@@ -173,9 +183,16 @@ fn unknowns(scene: &Scene, states: &States, placed: &Placed, sought: &Sought) ->
     for k in 0..placed.numbers.len() {
         each_state(scene, states, placed, k, sought, |_, state, weight| {
             if weight > 0.0 {
-                all.push(COUNT + state);
+                all.push(sought.first_state() + state);
             }
         });
+        if let Some(doubts) = &sought.doubts {
+            let nowhere = Adjusted::default();
+            let line = usize::from(scene.soundings[placed.numbers[k] as usize].line);
+            doubts.each(line, &placed.located[k], &nowhere, |column, _| {
+                all.push(COUNT + column);
+            });
+        }
     }
     all.sort_unstable();
     all.dedup();
@@ -227,6 +244,9 @@ impl Rows {
         for k in 0..count {
             rows.set_parameters(locator, placed, part, k);
             rows.set_states(locator, placed, sought, k);
+            if let Some(doubts) = &sought.doubts {
+                rows.set_doubts(locator.scene, placed, doubts, k);
+            }
             rows.set_warps(k, &(points.at_m[k].xy() / sought.warp_m));
         }
         Some(rows)
@@ -251,12 +271,22 @@ impl Rows {
             k,
             sought,
             |component, state, weight| {
-                if let Ok(c) = self.unknowns.binary_search(&(COUNT + state)) {
+                if let Ok(c) = self.unknowns.binary_search(&(sought.first_state() + state)) {
                     let moved = placed.located[k].state_column(component, &adjusted);
                     self.set(k, c, &(moved * weight));
                 }
             },
         );
+    }
+
+    fn set_doubts(&mut self, scene: &Scene, placed: &Placed, doubts: &Doubts, k: usize) {
+        let line = usize::from(scene.soundings[placed.numbers[k] as usize].line);
+        let adjusted = self.adjusted[k];
+        doubts.each(line, &placed.located[k], &adjusted, |column, moved| {
+            if let Ok(c) = self.unknowns.binary_search(&(COUNT + column)) {
+                self.set(k, c, &moved);
+            }
+        });
     }
 
     /// Adds that the unknown of column `c` moves sounding `k` by `moved`.
@@ -317,6 +347,7 @@ impl Rows {
 pub struct Normal {
     information: Skyline,
     score: Vec<f64>,
+    first_state: usize,
     /// Sum of squares of residuals, priors included.
     pub omega: f64,
     /// Degrees of freedom of `omega`.
@@ -377,12 +408,14 @@ impl Normal {
         from_nominal: &[f64; COUNT],
         state_values: &[f64],
     ) -> Self {
-        let size = COUNT + states.len();
+        let first = sought.first_state();
+        let size = first + states.len();
         let mut groups: Vec<Vec<usize>> = blocks.iter().map(|b| b.unknowns.clone()).collect();
-        states.each_information(|row, column, _| groups.push(vec![COUNT + row, COUNT + column]));
+        states.each_information(|row, column, _| groups.push(vec![first + row, first + column]));
         let mut normal = Self {
-            information: Skyline::new(size, COUNT, groups.iter().map(Vec::as_slice)),
+            information: Skyline::new(size, first, groups.iter().map(Vec::as_slice)),
             score: vec![0.0; size],
+            first_state: first,
             omega: 0.0,
             freedom: 0.0,
         };
@@ -428,17 +461,24 @@ impl Normal {
 
     fn add_state_priors(&mut self, states: &States, values: &[f64]) {
         let (information, score) = (&mut self.information, &mut self.score);
+        let first = self.first_state;
         let mut omega = 0.0;
         states.each_information(|row, column, value| {
-            information.add(COUNT + row, COUNT + column, value);
-            score[COUNT + row] -= value * values[column];
+            information.add(first + row, first + column, value);
+            score[first + row] -= value * values[column];
             omega += value * values[row] * values[column];
             if row != column {
-                score[COUNT + column] -= value * values[row];
+                score[first + column] -= value * values[row];
                 omega += value * values[row] * values[column];
             }
         });
         self.omega += omega;
+    }
+
+    /// Information and score of the parameters and of what is doubted, the states eliminated.
+    #[must_use]
+    pub fn without_states(self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        self.information.reduced(self.first_state, &self.score)
     }
 
     /// Solves for the step; `None` where the matrix is not positive definite or the step is not a number.

@@ -7,7 +7,7 @@ use super::layout::Layout;
 use super::reference::{Reference, ReferenceConfig, ReferenceError, features, patch_test};
 use super::scene::Scene;
 use super::states::States;
-use super::verdict::{Judgement, Reason, judge};
+use super::verdict::{Judgement, judge};
 use crate::calibrate::choices::Method;
 use crate::results::Finding;
 use crate::watch::{Stopped, Unwatched, Watch};
@@ -86,7 +86,7 @@ fn explained(
     watch: &dyn Watch,
 ) -> Option<Finding> {
     let wrong = match joint? {
-        Ok((_, judged)) => !judged.usable() && judged.reasons.iter().any(Reason::is_of_the_model),
+        Ok((_, judged)) => !judged.usable() && judged.is_of_the_model(),
         Err(error) => !matches!(error, JointError::Stopped(_) | JointError::Profile),
     };
     wrong

@@ -108,20 +108,32 @@ fn verdict(outcome: &SeabedOutcome, reference: Option<&Solution>) -> Verdict {
         return verdict;
     };
     let findings = std::iter::once(mistake.clone()).chain(verdict.findings);
-    Verdict::of(findings.collect())
+    Verdict {
+        bounds: verdict.bounds,
+        ..Verdict::of(findings.collect())
+    }
 }
 
 fn of_paths(outcome: &SeabedOutcome, reference: Option<&Solution>) -> Verdict {
     match (&outcome.joint, &outcome.reference) {
         (Some(Ok((_, judged))), _) => {
             let reasons = judged.reasons.iter().map(|r| finding(r, judged.usable()));
-            let findings = reasons.chain(judged.notes.iter().cloned()).collect();
-            let misfit = judged.reasons.iter().any(Reason::is_of_the_model);
-            if judged.usable() || misfit {
+            // a cause before the misfit that it makes, and after what the layout does not determine
+            let (misfits, others): (Vec<_>, Vec<_>) =
+                (reasons.zip(&judged.reasons)).partition(|(_, reason)| reason.is_of_the_model());
+            let doubted = judged.doubted.findings.iter().cloned();
+            let findings = (others.into_iter().map(|(finding, _)| finding))
+                .chain(doubted)
+                .chain(misfits.into_iter().map(|(finding, _)| finding))
+                .chain(judged.notes.iter().cloned())
+                .collect();
+            let mut verdict = if judged.usable() || judged.is_of_the_model() {
                 Verdict::of(findings)
             } else {
                 Verdict::not_determined(findings)
-            }
+            };
+            verdict.bounds.clone_from(&judged.doubted.bounds);
+            verdict
         }
         (Some(Err(error)), _) => no_solution(error),
         (None, Some(Err(error))) => no_solution(error),

@@ -7,8 +7,8 @@ use super::joint::{Joint, SCATTER};
 use super::layout::Layout;
 use super::model::{COUNT, PARAMETERS};
 use super::reml::Bounds;
-use crate::calibrate::verdict::VerdictConfig;
 use crate::calibrate::verdict::bounds::{Correction, share, size};
+use crate::calibrate::verdict::{Doubted, VerdictConfig, accepted};
 use crate::math;
 use crate::results::{Finding, Severity};
 
@@ -37,7 +37,7 @@ impl Reason {
 }
 
 /// What may be used of a joint solution.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
     /// Parameter by parameter.
     pub determined: [bool; COUNT],
@@ -45,19 +45,29 @@ pub struct Judgement {
     pub reasons: Vec<Reason>,
     /// What to look at although nothing is taken away.
     pub notes: Vec<Finding>,
+    /// What the score tests found, and the bounds of all that was tested.
+    pub doubted: Doubted,
 }
 
 impl Judgement {
     /// Whether all three angles are determined.
     #[must_use]
     pub fn usable(&self) -> bool {
-        self.determined[..3].iter().all(|d| *d)
+        self.determined[..3].iter().all(|d| *d) && self.doubted.withdrawn().is_none()
+    }
+
+    /// Whether the model does not fit, rather than that the data do not determine something.
+    #[must_use]
+    pub fn is_of_the_model(&self) -> bool {
+        self.reasons.iter().any(Reason::is_of_the_model) || self.doubted.withdrawn().is_some()
     }
 
     /// All reasons in one text.
     #[must_use]
     pub fn words(&self) -> String {
-        let all: Vec<&str> = self.reasons.iter().map(|r| r.words.as_str()).collect();
+        let reasons = self.reasons.iter().map(|r| r.words.as_str());
+        let withdrawn = self.doubted.withdrawn().map(|f| f.seen.as_str());
+        let all: Vec<&str> = reasons.chain(withdrawn).collect();
         all.join("; ")
     }
 }
@@ -80,6 +90,10 @@ pub fn judge(joint: &Joint, layout: &Layout, settings: &JointSettings) -> Judgem
         determined: std::array::from_fn(|k| joint.sought[k] && k < REPORTED),
         reasons: vec![],
         notes: vec![],
+        doubted: Doubted {
+            findings: accepted(joint.doubted.findings.clone(), &settings.verdict),
+            ..joint.doubted.clone()
+        },
     };
     let limits = &settings.verdict;
     for reason in whole(joint, limits)
