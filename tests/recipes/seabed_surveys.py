@@ -307,7 +307,7 @@ def main():
             result = json.loads(end.stdout)
             usable += result["usable"]
             if not result["usable"]:
-                refusals = [f["code"] for f in result["verdict"]["findings"] if f["severity"] == "refuses"]
+                refusals = [f["code"] for f in result["verdict"]["findings"] if f["severity"] in ("refuses", "withdraws")]
                 lost[", ".join(refusals) or "nothing"] += 1
             for key, (pull, off) in errors(result, truth).items():
                 pulls[key].append(pull)

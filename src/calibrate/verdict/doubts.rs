@@ -16,6 +16,9 @@ use nalgebra::{DMatrix, DVector};
 const FAMILY_ALPHA: f64 = 3e-3;
 /// A doubt whose one sigma moves a parameter by more of its sigmas than this is one that the survey cannot tell from the parameter.
 const HANGS_SIGMAS: f64 = 3.0;
+/// Chi-square up to which such a doubt withdraws nothing: what the model lacks elsewhere, a bend of the rays say, looks like a large error of
+/// it (27 for the own roll of a line of a right survey).
+const CERTAIN_OF_HANGING: f64 = 60.0;
 /// Two doubts explain a misfit about as well where the logarithms of their p-values differ by less than this.
 const RIVAL: f64 = 5.0;
 /// Doubts that are named at the most.
@@ -189,8 +192,6 @@ fn worded(
     sought: &Sought,
 ) -> Doubted {
     let effect = |score: &Score| effect_in_sigmas(&score.effect, sigma, sought);
-    let finding =
-        |score: &Score| guilty(score, &doubts[score.suspect], effect(score), doubts.len());
     let bound = |score: &Score| Bound {
         code: doubts[score.suspect].code.clone(),
         estimate: figures(score, &doubts[score.suspect]),
@@ -205,7 +206,7 @@ fn worded(
     };
     let otherwise = mistaken(scores, doubts, |e| effect_in_sigmas(e, sigma, sought));
     Doubted {
-        findings: (found(scores, doubts, &finding).into_iter())
+        findings: (found(scores, doubts, &effect).into_iter())
             .chain(preferred(otherwise))
             .chain(hanging(scores, doubts, &effect))
             .collect(),
@@ -214,14 +215,20 @@ fn worded(
 }
 
 /// The guilty ones. Where they move nothing, those count too that explain about as well what the most significant one does.
-fn found(scores: &Scores, doubts: &[Doubt], finding: &dyn Fn(&Score) -> Finding) -> Vec<Finding> {
+fn found(
+    scores: &Scores,
+    doubts: &[Doubt],
+    effect: &dyn Fn(&Score) -> BTreeMap<String, f64>,
+) -> Vec<Finding> {
+    let finding =
+        |score: &Score| guilty(score, &doubts[score.suspect], effect(score), doubts.len());
     let guilty = scores.guilty.iter();
     let heard = guilty.filter(|score| doubts[score.suspect].hears(score));
-    let mut all: Vec<Finding> = heard.map(finding).collect();
+    let mut all: Vec<Finding> = heard.map(&finding).collect();
     let Some(first) = scores.guilty.first() else {
         return all;
     };
-    let certain = first.statistic > doubts[first.suspect].certain;
+    let certain = first.statistic > certain(first, &doubts[first.suspect], &effect(first));
     if certain && all.iter().all(|f| f.severity == Severity::Finding) {
         let limit = FAMILY_ALPHA / doubts.len() as f64;
         let rival = |score: &&Score| {
@@ -229,7 +236,7 @@ fn found(scores: &Scores, doubts: &[Doubt], finding: &dyn Fn(&Score) -> Finding)
                 && score.p_value < limit
                 && score.weight() > first.weight() - RIVAL
         };
-        let rivals = scores.alone.iter().filter(rival).map(finding);
+        let rivals = scores.alone.iter().filter(rival).map(&finding);
         all.extend(rivals.filter(|f| f.severity > Severity::Finding));
     }
     all
@@ -282,7 +289,7 @@ fn effect_in_sigmas(
 
 fn guilty(score: &Score, doubt: &Doubt, effect: BTreeMap<String, f64>, tests: usize) -> Finding {
     let matters = effect.values().any(|sigmas| sigmas.abs() > MATTERS_SIGMAS);
-    let severity = if matters && score.statistic > doubt.certain {
+    let severity = if matters && score.statistic > certain(score, doubt, &effect) {
         Severity::Withdraws
     } else {
         Severity::Finding
@@ -301,19 +308,36 @@ fn guilty(score: &Score, doubt: &Doubt, effect: BTreeMap<String, f64>, tests: us
     Finding::new(&doubt.code, severity, seen, threshold, doubt.advice.clone()).with_effect(effect)
 }
 
-/// A parameter that hangs on a doubt of one component: what one sigma of it would move.
-fn untold(score: &Score, doubt: &Doubt, effect: &BTreeMap<String, f64>) -> Option<Finding> {
+/// Chi-square beyond which a guilty doubt withdraws.
+fn certain(score: &Score, doubt: &Doubt, effect: &BTreeMap<String, f64>) -> f64 {
+    match hangs(score, doubt, effect) {
+        Some(_) => doubt.certain.max(CERTAIN_OF_HANGING),
+        None => doubt.certain,
+    }
+}
+
+/// By how many of their sigmas one sigma of a doubt moves the parameters, where one of them hangs on it.
+fn hangs(
+    score: &Score,
+    doubt: &Doubt,
+    effect: &BTreeMap<String, f64>,
+) -> Option<BTreeMap<String, f64>> {
     let (estimate, sigma) = (score.estimate.first()?, score.sigma.first()?);
     if doubt.untold.is_empty() || *estimate == 0.0 {
         return None;
     }
     let of_sigma = |(name, moved): (&String, &f64)| (name.clone(), moved * sigma / estimate.abs());
-    let effect: BTreeMap<String, f64> = effect.iter().map(of_sigma).collect();
+    let moved: BTreeMap<String, f64> = effect.iter().map(of_sigma).collect();
+    let hangs = moved.values().any(|sigmas| sigmas.abs() > HANGS_SIGMAS);
+    hangs.then_some(moved)
+}
+
+/// A parameter that hangs on a doubt of one component: what one sigma of it would move.
+fn untold(score: &Score, doubt: &Doubt, effect: &BTreeMap<String, f64>) -> Option<Finding> {
+    let (effect, sigma) = (hangs(score, doubt, effect)?, score.sigma.first()?);
     let (scale, unit) = readable(doubt.components[0].unit);
-    let (name, most) = effect
-        .iter()
-        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    (most.abs() > HANGS_SIGMAS).then(|| {
+    let most = effect.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    most.map(|(name, most)| {
         let seen = format!(
             "the survey cannot tell whether {}: {:.2} {unit} of it would leave no trace and move {name} by {:.0} sigma",
             doubt.what,
@@ -459,5 +483,14 @@ mod tests {
         assert_eq!(codes, ["guilty", "hangs"]);
         assert!(doubted.findings[1].seen.contains("roll by 12 sigma"));
         assert_eq!(doubted.findings[1].severity, Severity::Finding);
+        // guilty and hanging: a finding up to a chi-square of 60
+        let one = |statistic: f64| {
+            let effect = BTreeMap::from([("roll".to_owned(), 4.0 * statistic.sqrt())]);
+            guilty(&score(0, statistic, 0.0), &doubts[0], effect, 21).severity
+        };
+        assert_eq!(
+            [one(59.0), one(61.0)],
+            [Severity::Finding, Severity::Withdraws]
+        );
     }
 }
