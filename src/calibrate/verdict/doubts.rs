@@ -16,9 +16,6 @@ use nalgebra::{DMatrix, DVector};
 const FAMILY_ALPHA: f64 = 3e-3;
 /// A doubt whose one sigma moves a parameter by more of its sigmas than this is one that the survey cannot tell from the parameter.
 const HANGS_SIGMAS: f64 = 3.0;
-/// Chi-square up to which such a doubt withdraws nothing: what the model lacks elsewhere, a bend of the rays say, looks like a large error of
-/// it (27 for the own roll of a line of a right survey).
-const CERTAIN_OF_HANGING: f64 = 60.0;
 /// Two doubts explain a misfit about as well where the logarithms of their p-values differ by less than this.
 const RIVAL: f64 = 5.0;
 /// Doubts that are named at the most.
@@ -308,10 +305,11 @@ fn guilty(score: &Score, doubt: &Doubt, effect: BTreeMap<String, f64>, tests: us
     Finding::new(&doubt.code, severity, seen, threshold, doubt.advice.clone()).with_effect(effect)
 }
 
-/// Chi-square beyond which a guilty doubt withdraws.
+/// Chi-square beyond which a guilty doubt withdraws. One that a parameter hangs on never does: what the model lacks elsewhere, boulders or a
+/// bend of the rays, looks like a large error of it (chi-squares to 195 for the own roll of a line of a right survey).
 fn certain(score: &Score, doubt: &Doubt, effect: &BTreeMap<String, f64>) -> f64 {
     match hangs(score, doubt, effect) {
-        Some(_) => doubt.certain.max(CERTAIN_OF_HANGING),
+        Some(_) => f64::INFINITY,
         None => doubt.certain,
     }
 }
@@ -483,13 +481,13 @@ mod tests {
         assert_eq!(codes, ["guilty", "hangs"]);
         assert!(doubted.findings[1].seen.contains("roll by 12 sigma"));
         assert_eq!(doubted.findings[1].severity, Severity::Finding);
-        // guilty and hanging: a finding up to a chi-square of 60
-        let one = |statistic: f64| {
-            let effect = BTreeMap::from([("roll".to_owned(), 4.0 * statistic.sqrt())]);
-            guilty(&score(0, statistic, 0.0), &doubts[0], effect, 21).severity
+        // guilty and hanging: a finding, however large; one that does not hang withdraws
+        let moving = |sigmas: f64| {
+            let effect = BTreeMap::from([("roll".to_owned(), sigmas * 20.0)]);
+            guilty(&score(0, 400.0, 0.0), &doubts[0], effect, 21).severity
         };
         assert_eq!(
-            [one(59.0), one(61.0)],
+            [moving(4.0), moving(2.0)],
             [Severity::Finding, Severity::Withdraws]
         );
     }
