@@ -291,7 +291,7 @@ fn ctrl_c_keeps_what_is_done_for_every_procedure() {
         let base = |to: &Path| {
             let to = to.to_string_lossy().into_owned();
             [
-                "budget", &file, "--trials", trials, "--single", "1", "--out", &to, "--quiet",
+                "budget", &file, "--trials", trials, "--single", "2", "--out", &to, "--quiet",
             ]
             .map(str::to_owned)
             .to_vec()
