@@ -78,7 +78,7 @@ impl Doubt {
         Self { mistakes, ..self }
     }
 
-    /// The same, and where a parameter hangs on it that is said, with this advice.
+    /// The same, and where a parameter hangs on it that is said, with this advice, and it withdraws nothing.
     #[must_use]
     pub fn or_untold(self, advice: &str) -> Self {
         Self {
@@ -225,7 +225,7 @@ fn found(
     let Some(first) = scores.guilty.first() else {
         return all;
     };
-    let certain = first.statistic > certain(first, &doubts[first.suspect], &effect(first));
+    let certain = is_certain(first, &doubts[first.suspect], &effect(first));
     if certain && all.iter().all(|f| f.severity == Severity::Finding) {
         let limit = FAMILY_ALPHA / doubts.len() as f64;
         let rival = |score: &&Score| {
@@ -286,7 +286,7 @@ fn effect_in_sigmas(
 
 fn guilty(score: &Score, doubt: &Doubt, effect: BTreeMap<String, f64>, tests: usize) -> Finding {
     let matters = effect.values().any(|sigmas| sigmas.abs() > MATTERS_SIGMAS);
-    let severity = if matters && score.statistic > certain(score, doubt, &effect) {
+    let severity = if matters && is_certain(score, doubt, &effect) {
         Severity::Withdraws
     } else {
         Severity::Finding
@@ -305,13 +305,10 @@ fn guilty(score: &Score, doubt: &Doubt, effect: BTreeMap<String, f64>, tests: us
     Finding::new(&doubt.code, severity, seen, threshold, doubt.advice.clone()).with_effect(effect)
 }
 
-/// Chi-square beyond which a guilty doubt withdraws. One that a parameter hangs on never does: what the model lacks elsewhere, boulders or a
-/// bend of the rays, looks like a large error of it (chi-squares to 195 for the own roll of a line of a right survey).
-fn certain(score: &Score, doubt: &Doubt, effect: &BTreeMap<String, f64>) -> f64 {
-    match hangs(score, doubt, effect) {
-        Some(_) => f64::INFINITY,
-        None => doubt.certain,
-    }
+/// Whether a guilty doubt may withdraw. One that a parameter hangs on never may: what the model lacks elsewhere, boulders or a bend of the
+/// rays, looks like a large error of it (chi-squares to 195 for the own roll of a line of a right survey).
+fn is_certain(score: &Score, doubt: &Doubt, effect: &BTreeMap<String, f64>) -> bool {
+    score.statistic > doubt.certain && hangs(score, doubt, effect).is_none()
 }
 
 /// By how many of their sigmas one sigma of a doubt moves the parameters, where one of them hangs on it.

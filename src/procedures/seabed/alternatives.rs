@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::config::{JointSettings, SeabedConfig};
-use super::joint::joint;
+use super::joint::fitted;
 use super::scene::{Scene, Sounding};
 use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::bounds::{Correction, size};
@@ -56,7 +56,7 @@ fn thinned(scene: &Scene) -> Scene {
 
 /// Share of the soundings of the common tiles that are kept, and how they scatter about the common one.
 fn tried(scene: &Scene, settings: &JointSettings) -> Tried {
-    let Ok(found) = joint(scene, settings) else {
+    let Ok(found) = fitted(scene, settings) else {
         return Tried::default();
     };
     let correction = Correction {

@@ -10,7 +10,9 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::model::{Adjusted, COUNT, Located, PARAMETERS};
+use super::joint::Joint;
+use super::model::{Adjusted, Located, PARAMETERS};
+use super::normal::Normal;
 use super::scene::Scene;
 use super::states;
 use super::verdict::REPORTED;
@@ -60,29 +62,29 @@ impl Doubts {
         OF_LINE * (self.lines - self.first) + OF_ALL
     }
 
-    /// Calls `take` with every column that moves a sounding of `line`, and how.
-    pub fn each(
+    /// Columns that move the soundings of a line.
+    pub fn columns_of(&self, line: usize) -> impl Iterator<Item = usize> {
+        let own = line.checked_sub(self.first);
+        let own = own.map(|place| OF_LINE * place..OF_LINE * (place + 1));
+        let columns = self.columns();
+        own.into_iter().flatten().chain(columns - OF_ALL..columns)
+    }
+
+    /// Every column that moves a sounding of `line`, and how.
+    pub fn moved(
         &self,
         line: usize,
         located: &Located,
         adjusted: &Adjusted,
-        mut take: impl FnMut(usize, Vector3<f64>),
-    ) {
+    ) -> impl Iterator<Item = (usize, Vector3<f64>)> {
         let turns =
             ANGLES.map(|(_, angle, sense, _)| located.state_column(angle, adjusted) * sense);
-        if let Some(place) = line.checked_sub(self.first) {
-            let own = turns.into_iter().chain([Vector3::x(), Vector3::y()]);
-            own.enumerate()
-                .for_each(|(k, moved)| take(OF_LINE * place + k, moved));
-        }
+        let own = turns.into_iter().chain([Vector3::x(), Vector3::y()]);
+        let own = own.take(if line < self.first { 0 } else { OF_LINE });
         let part = (located.time_s - self.middle_s) / self.span_s;
         let drifts = turns.map(|moved| moved * part);
-        let all = drifts
-            .into_iter()
-            .chain([turns[2], located.angle_scale_column(adjusted)]);
-        let first = self.columns() - OF_ALL;
-        all.enumerate()
-            .for_each(|(k, moved)| take(first + k, moved));
+        let all = [turns[2], located.angle_scale_column(adjusted)];
+        self.columns_of(line).zip(own.chain(drifts).chain(all))
     }
 
     /// What is doubted, in the order of the columns.
@@ -91,21 +93,45 @@ impl Doubts {
         let all = own.flat_map(|line| of_line(&line.name)).chain(of_all());
         all.map(|doubt| doubt.withdrawing_beyond(CERTAIN)).collect()
     }
+}
 
-    /// Tests all of them. `sigma` gives the parameters' standard deviations, `misfit` the weighted squares and the redundancy.
+/// A solution's system with the columns of the doubts, the states eliminated.
+pub struct System {
+    doubts: Doubts,
+    information: DMatrix<f64>,
+    gradient: DVector<f64>,
+    /// Weighted squares and redundancy.
+    misfit: (f64, f64),
+}
+
+impl System {
+    /// Of normal equations with these columns; nothing where the states cannot be eliminated.
     #[must_use]
-    pub fn tested(
-        &self,
-        scene: &Scene,
-        (information, score): (&DMatrix<f64>, &DVector<f64>),
-        sought: &[bool; COUNT],
-        sigma: &dyn Fn(usize) -> f64,
-        misfit: (f64, f64),
-    ) -> Doubted {
-        let named = (0..REPORTED).filter(|k| sought[*k]);
+    pub fn of(doubts: Doubts, normal: Normal) -> Option<Self> {
+        let misfit = (normal.omega, normal.freedom);
+        let (information, score) = normal.without_states()?;
+        Some(Self {
+            doubts,
+            information,
+            gradient: -score,
+            misfit,
+        })
+    }
+
+    /// Tests all doubts of the solution that it belongs to.
+    #[must_use]
+    pub fn tested(&self, scene: &Scene, found: &Joint) -> Doubted {
+        let named = (0..REPORTED).filter(|k| found.sought[*k]);
         let parameters: Vec<_> = named.map(|k| (PARAMETERS[k].0.to_owned(), k)).collect();
-        let system = (information, &-score);
-        test_of(system, &self.list(scene), sigma, &parameters, misfit)
+        let system = (&self.information, &self.gradient);
+        let doubts = self.doubts.list(scene);
+        test_of(
+            system,
+            &doubts,
+            &|k| found.sigma(k),
+            &parameters,
+            self.misfit,
+        )
     }
 }
 
@@ -235,7 +261,7 @@ mod tests {
         let first = scene.soundings.partition_point(|s| s.time_s < middle);
         for k in (first..first + 30).step_by(7) {
             let located = at(&scene, k);
-            doubts.each(1, &located, &Adjusted::default(), |column, moved| {
+            for (column, moved) in doubts.moved(1, &located, &Adjusted::default()) {
                 // the columns of line 2, then those of all lines
                 let all = doubts.columns() - OF_ALL;
                 let which = if column < all {
@@ -250,7 +276,7 @@ mod tests {
                     off < 2e-3 * located.range_m,
                     "{column}: {off} {found} {moved}"
                 );
-            });
+            }
         }
     }
 }

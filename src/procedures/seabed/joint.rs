@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::config::JointSettings;
-use super::doubts::Doubts;
+use super::doubts::{Doubts, System};
 use super::field::{Field, Points};
 use super::model::{COUNT, Locator, Values};
 use super::normal::{
@@ -117,7 +117,7 @@ pub struct Joint {
     pub rejected: usize,
     /// The states' layout.
     pub states: States,
-    /// What the score tests say; nothing of a survey that is only foreseen.
+    /// What the score tests say; nothing of a survey that is only foreseen, or fitted to be compared.
     pub doubted: Doubted,
 }
 
@@ -174,6 +174,13 @@ struct Passed {
     normal: Normal,
 }
 
+/// Where a solve ended.
+struct Ended {
+    tiles: Vec<Tile>,
+    converged: bool,
+    screened: usize,
+}
+
 /// Calibrates jointly.
 ///
 /// # Errors
@@ -191,14 +198,20 @@ pub fn joint_watched(
     config: &JointSettings,
     watch: &dyn Watch,
 ) -> Result<Joint, JointError> {
-    let mut work = Work::new(scene, config, watch);
-    let screened = work.screen()?;
-    work.field_of_single_lines()?;
-    work.coarse()?;
-    let (tiles, converged) = work.fine()?;
-    let mut found = work.finish(&tiles, converged, screened)?;
-    found.doubted = work.doubted(&found)?;
+    let (work, ended) = Work::solved(scene, config, watch)?;
+    let system = work.doubted(&ended.tiles)?;
+    let mut found = work.finish(ended)?;
+    found.doubted = system.map_or_else(Doubted::default, |system| system.tested(scene, &found));
     Ok(found)
+}
+
+/// As [`joint`], without score tests: for fits that are only compared with each other.
+///
+/// # Errors
+/// As [`joint`].
+pub fn fitted(scene: &Scene, config: &JointSettings) -> Result<Joint, JointError> {
+    let (work, ended) = Work::solved(scene, config, &Unwatched)?;
+    work.finish(ended)
 }
 
 /// What would be found of a survey whose values and field are known: covariances and sigmas, nothing is solved for.
@@ -219,7 +232,11 @@ pub fn foreseen(
     let screened = work.screen()?;
     let cut = work.cut(config.seabed.tile_m, 2, config.seabed.max_tiles, 0);
     let tiles = work.overlap(cut.tiles(&work.candidates(usize::MAX)?))?;
-    work.finish(&tiles, true, screened)
+    work.finish(Ended {
+        tiles,
+        converged: true,
+        screened,
+    })
 }
 
 /// Where lines meet, before anything is solved.
@@ -265,6 +282,25 @@ pub(super) const SCATTER: f64 = 1.3;
 const SMALL_STEP: f64 = 0.03;
 
 impl<'a> Work<'a> {
+    /// Solves for everything.
+    fn solved(
+        scene: &'a Scene,
+        config: &'a JointSettings,
+        watch: &'a dyn Watch,
+    ) -> Result<(Self, Ended), JointError> {
+        let mut work = Self::new(scene, config, watch);
+        let screened = work.screen()?;
+        work.field_of_single_lines()?;
+        work.coarse()?;
+        let (tiles, converged) = work.fine()?;
+        let ended = Ended {
+            tiles,
+            converged,
+            screened,
+        };
+        Ok((work, ended))
+    }
+
     fn new(scene: &'a Scene, config: &'a JointSettings, watch: &'a dyn Watch) -> Self {
         let states = States::new(&scene.lines, &scene.ins, &scene.drift);
         Self {
@@ -575,45 +611,33 @@ impl<'a> Work<'a> {
         Ok(solved.map(|s| std::array::from_fn(|k| s.sigma(k))))
     }
 
-    /// Score tests of what the model has not, at the solution.
-    fn doubted(&self, found: &Joint) -> Result<Doubted, JointError> {
+    /// What the score tests of what the model has not need of the solution.
+    fn doubted(&self, tiles: &[Tile]) -> Result<Option<System>, JointError> {
         let doubts = Doubts::of(self.scene);
         let sought = Sought {
             doubts: Some(doubts),
             ..self.sought(true)
         };
-        let normal = self.normal(&self.blocks(&found.tiles, &sought, Part::All)?, &sought);
-        let misfit = (normal.omega, normal.freedom);
-        let sigma = |k: usize| found.sigma(k);
-        Ok(normal
-            .without_states()
-            .map_or_else(Doubted::default, |(information, score)| {
-                doubts.tested(
-                    self.scene,
-                    (&information, &score),
-                    &sought.parameters,
-                    &sigma,
-                    misfit,
-                )
-            }))
+        let normal = self.normal(&self.blocks(tiles, &sought, Part::All)?, &sought);
+        Ok(System::of(doubts, normal))
     }
 
-    fn finish(
-        &self,
-        tiles: &[Tile],
-        converged: bool,
-        screened: usize,
-    ) -> Result<Joint, JointError> {
+    fn finish(self, ended: Ended) -> Result<Joint, JointError> {
+        let Ended {
+            tiles,
+            converged,
+            screened,
+        } = ended;
         let sought = self.sought(true);
         let passed = self.pass(
-            tiles,
+            &tiles,
             &sought,
             COARSE_PASSES + self.config.seabed.max_passes,
         )?;
         let sandwich = sandwich_variances(self.scene, &self.states, &passed.blocks, &passed.solved);
         let shared = shared_noise(
             &self.locator()?,
-            tiles,
+            &tiles,
             &self.alive,
             (&self.field, &sought),
             &passed.solved,
@@ -646,20 +670,20 @@ impl<'a> Work<'a> {
             covariance: std::array::from_fn(|a| std::array::from_fn(|b| covariance(a, b))),
             sandwich_sigma,
             inflation,
-            relief_sigma: self.part_sigma(tiles, &sought, Part::Relief)?,
-            motion_sigma: self.part_sigma(tiles, &sought, Part::Motion)?,
+            relief_sigma: self.part_sigma(&tiles, &sought, Part::Relief)?,
+            motion_sigma: self.part_sigma(&tiles, &sought, Part::Motion)?,
             field: self.field,
             converged,
             omega_over_freedom: passed.normal.omega / passed.normal.freedom,
             freedom: passed.normal.freedom,
-            passes: self.passes.clone(),
+            passes: self.passes,
             tile_m: self.config.seabed.tile_m * self.scale,
-            tiles: tiles.to_vec(),
-            alive: self.alive.clone(),
+            tiles,
+            alive: self.alive,
             screened,
             rejected: self.rejected,
-            values: self.values.clone(),
-            states: self.states.clone(),
+            values: self.values,
+            states: self.states,
             doubted: Doubted::default(),
         })
     }

@@ -187,11 +187,8 @@ fn unknowns(scene: &Scene, states: &States, placed: &Placed, sought: &Sought) ->
             }
         });
         if let Some(doubts) = &sought.doubts {
-            let nowhere = Adjusted::default();
             let line = usize::from(scene.soundings[placed.numbers[k] as usize].line);
-            doubts.each(line, &placed.located[k], &nowhere, |column, _| {
-                all.push(COUNT + column);
-            });
+            all.extend(doubts.columns_of(line).map(|column| COUNT + column));
         }
     }
     all.sort_unstable();
@@ -282,11 +279,11 @@ impl Rows {
     fn set_doubts(&mut self, scene: &Scene, placed: &Placed, doubts: &Doubts, k: usize) {
         let line = usize::from(scene.soundings[placed.numbers[k] as usize].line);
         let adjusted = self.adjusted[k];
-        doubts.each(line, &placed.located[k], &adjusted, |column, moved| {
+        for (column, moved) in doubts.moved(line, &placed.located[k], &adjusted) {
             if let Ok(c) = self.unknowns.binary_search(&(COUNT + column)) {
                 self.set(k, c, &moved);
             }
-        });
+        }
     }
 
     /// Adds that the unknown of column `c` moves sounding `k` by `moved`.
