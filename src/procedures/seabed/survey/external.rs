@@ -52,18 +52,29 @@ pub(super) fn read(
     };
     let path = folder.join(name);
     let (mut records, scale, mut notes) = of_file(file, &path)?;
-    let clock = Clock::new(file, &path, scale, &records.time_s, observed)?;
-    for time_s in &mut records.time_s {
-        *time_s += clock.shift_s;
-    }
-    notes.push(clock.words.clone());
-    overlapping(&path, &records.time_s, observed)?;
+    notes.push(to_utc(file, &path, scale, &mut records.time_s, observed)?);
     agreeing(&path, &records, &observed.recorded)?;
     let arm_m = Vector3::from(file.trajectory.lever_arm_m);
     Ok(Some(External {
         records: at_reference(records, &arm_m, file.site.ellipsoid),
         notes,
     }))
+}
+
+/// Makes the times of a file UTC, and says how; a file that then never meets the soundings is refused.
+fn to_utc(
+    file: &SeabedSurveyFile,
+    path: &Path,
+    scale: Option<TimeScale>,
+    times_s: &mut [f64],
+    observed: &Observed,
+) -> Result<String, SurveyError> {
+    let clock = Clock::new(file, path, scale, times_s, observed)?;
+    for time_s in &mut *times_s {
+        *time_s += clock.shift_s;
+    }
+    overlapping(path, times_s, observed)?;
+    Ok(clock.words)
 }
 
 type Read = (TrajectoryRecords, Option<TimeScale>, Vec<String>);
@@ -268,11 +279,7 @@ pub(super) fn accuracies(
     let path: PathBuf = folder.join(&name);
     let mut all = smrmsg::read(&path)?;
     let scale = Some(TimeScale::SecondsOfWeek);
-    let clock = Clock::new(file, &path, scale, &all.time_s, observed)?;
-    for time_s in &mut all.time_s {
-        *time_s += clock.shift_s;
-    }
-    overlapping(&path, &all.time_s, observed)?;
+    to_utc(file, &path, scale, &mut all.time_s, observed)?;
     let [horizontal_m, height_m, tilt_deg, heading_deg] = rms(&all);
     let t = &mut file.trajectory;
     let targets = [
