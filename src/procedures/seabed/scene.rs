@@ -148,6 +148,22 @@ pub struct Line {
     pub height_sigma_m: f64,
 }
 
+#[cfg(test)]
+impl Line {
+    /// A line at sea level for tests of times.
+    pub(super) fn between(start_s: f64, end_s: f64) -> Self {
+        Self {
+            name: "a".to_owned(),
+            start_s,
+            end_s,
+            cast: 0,
+            tide_m: 0.0,
+            lift_m: 0.0,
+            height_sigma_m: 0.03,
+        }
+    }
+}
+
 /// Standard deviations of what is known beforehand; a figure of 0 holds the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Priors {

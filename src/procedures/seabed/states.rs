@@ -302,18 +302,6 @@ mod tests {
 
     use super::*;
 
-    fn line(start_s: f64, end_s: f64) -> Line {
-        Line {
-            name: "line".to_owned(),
-            start_s,
-            end_s,
-            cast: 0,
-            tide_m: 0.0,
-            lift_m: 0.0,
-            height_sigma_m: 0.03,
-        }
-    }
-
     /// Roll and pitch that drift, nothing else.
     const INS: InsNoise = InsNoise {
         position_m: 0.01,
@@ -352,7 +340,7 @@ mod tests {
     /// Two lines, a gap between them: the covariance of any two knots is the product of their own sigmas and the correlation.
     #[test]
     fn sigmas_over_time_make_the_drift_s_covariance() {
-        let lines = [line(0.0, 60.0), line(130.0, 170.0)];
+        let lines = [Line::between(0.0, 60.0), Line::between(130.0, 170.0)];
         let states = States::new(&lines, &INS, &drift(1e-4, 5e-4));
         let chain = &states.chains[0];
         assert_eq!(chain.component, Component::Pitch);
@@ -373,7 +361,7 @@ mod tests {
 
     #[test]
     fn a_constant_sigma_over_time_is_the_stated_one() {
-        let lines = [line(0.0, 60.0), line(130.0, 170.0)];
+        let lines = [Line::between(0.0, 60.0), Line::between(130.0, 170.0)];
         let stated = States::new(&lines, &INS, &DriftSigmas::default());
         let constant = States::new(&lines, &INS, &drift(2e-4, 2e-4));
         assert_eq!(information(&stated), information(&constant));
@@ -381,7 +369,7 @@ mod tests {
 
     #[test]
     fn a_sigma_of_nothing_leaves_the_equations_regular() {
-        let states = States::new(&[line(0.0, 60.0)], &INS, &drift(0.0, 0.0));
+        let states = States::new(&[Line::between(0.0, 60.0)], &INS, &drift(0.0, 0.0));
         assert!(information(&states).iter().all(|i| i.is_finite()));
     }
 }

@@ -103,18 +103,6 @@ fn speed_at(profile: &SoundSpeedProfile, depth_m: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn line(start_s: f64, end_s: f64) -> Line {
-        Line {
-            name: "a".to_owned(),
-            start_s,
-            end_s,
-            cast: 0,
-            tide_m: 0.0,
-            lift_m: 0.0,
-            height_sigma_m: 0.03,
-        }
-    }
-
     fn casts() -> Casts {
         let profile = |depth_m: &[f64], speed_m_s: &[f64]| SoundSpeedProfile {
             depth_m: depth_m.to_vec(),
@@ -128,7 +116,7 @@ mod tests {
 
     #[test]
     fn between_two_casts_the_water_is_between_them() {
-        let (water, words) = of_line(&casts(), &line(150.0, 250.0), true);
+        let (water, words) = of_line(&casts(), &Line::between(150.0, 250.0), true);
         assert_eq!(water.depth_m, [0.0, 10.0, 20.0]);
         // a quarter of the way: 1500 to 1504, 1490 to 1494, 1490 (its last) to 1484
         assert_eq!(water.speed_m_s, [1501.0, 1491.0, 1488.5]);
@@ -138,11 +126,23 @@ mod tests {
     #[test]
     fn nearest_is_nearest_and_beyond_the_casts_the_last_one_holds() {
         let (all, interpolated) = (casts(), [false, true]);
-        assert_eq!(of_line(&all, &line(150.0, 250.0), false).0, all[0].1);
-        assert_eq!(of_line(&all, &line(350.0, 450.0), false).0, all[1].1);
+        assert_eq!(
+            of_line(&all, &Line::between(150.0, 250.0), false).0,
+            all[0].1
+        );
+        assert_eq!(
+            of_line(&all, &Line::between(350.0, 450.0), false).0,
+            all[1].1
+        );
         for interpolated in interpolated {
-            assert_eq!(of_line(&all, &line(0.0, 50.0), interpolated).0, all[0].1);
-            assert_eq!(of_line(&all, &line(600.0, 700.0), interpolated).0, all[1].1);
+            assert_eq!(
+                of_line(&all, &Line::between(0.0, 50.0), interpolated).0,
+                all[0].1
+            );
+            assert_eq!(
+                of_line(&all, &Line::between(600.0, 700.0), interpolated).0,
+                all[1].1
+            );
         }
     }
 }
