@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
 
-use crate::common::{run, words};
+use crate::common::{applied, run, words};
 use crate::hostile::survey_folder;
 
 /// The first finding, or words of the refusal, of each wrong input; the folder says it in words of its own.
@@ -237,16 +237,7 @@ fn times_are_standard(survey: &str) -> bool {
     let folder = tempfile::tempdir().expect("folder");
     let calibrated = run(&["calibrate", survey, "--out", "out"], folder.path());
     assert_eq!(calibrated.status.code(), Some(0), "{}", words(&calibrated));
-    let apply = [
-        "apply",
-        survey,
-        "--calibration",
-        "out/result.json",
-        "--out",
-        "cloud.laz",
-    ];
-    let applied = run(&apply, folder.path());
-    assert_eq!(applied.status.code(), Some(0), "{}", words(&applied));
+    applied(survey, folder.path());
     let cloud = std::fs::read(folder.path().join("cloud.laz")).expect("a cloud");
     cloud[6] & 1 == 1
 }

@@ -1,4 +1,4 @@
-//! What the command tests of USBL and rail share.
+//! What tests of the command share.
 
 use std::path::Path;
 use std::process::Output;
@@ -27,4 +27,36 @@ pub fn simulated(text: &str) -> tempfile::TempDir {
     let output = run(&["simulate", "s.toml", "--out", "survey"], folder.path());
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));
     folder
+}
+
+/// Writes the points of a survey with the calibration in `out` to `cloud.laz`.
+pub fn applied(survey: &str, folder: &Path) {
+    let apply = [
+        "apply",
+        survey,
+        "--calibration",
+        "out/result.json",
+        "--out",
+        "cloud.laz",
+    ];
+    let output = run(&apply, folder);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+}
+
+/// Changes a column of a CSV, given the row's time (not a number where the file has none) and its value.
+pub fn change_column(path: &Path, column: &str, change: impl Fn(f64, f64) -> f64) {
+    let text = std::fs::read_to_string(path).expect("a file");
+    let mut lines = text.lines();
+    let head = lines.next().expect("a header");
+    let place = |name: &str| head.split(',').position(|other| other == name);
+    let at = place(column).unwrap_or_else(|| panic!("no {column} in {head}"));
+    let time = place("time_s");
+    let changed = lines.map(|line| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let number = |k: usize| fields[k].parse::<f64>().expect("a number");
+        fields[at] = change(time.map_or(f64::NAN, number), number(at)).to_string();
+        fields.join(",")
+    });
+    let all: Vec<String> = std::iter::once(head.to_owned()).chain(changed).collect();
+    std::fs::write(path, all.join("\n") + "\n").expect("written");
 }

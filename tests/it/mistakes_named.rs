@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{run, simulated, words};
+use crate::common::{change_column, run, simulated, words};
 use serde_json::Value;
 
 const POOL: &str = include_str!("../../models/scenarios/single-pass-thin.toml");
@@ -12,19 +12,7 @@ const SEABED: &str = include_str!("../../models/scenarios/seabed-thin.toml");
 
 /// Reverses the sign of a column of a CSV file.
 fn negate(path: &Path, column: &str) {
-    let text = std::fs::read_to_string(path).expect("a file");
-    let mut lines = text.lines();
-    let head = lines.next().expect("a header");
-    let at = head.split(',').position(|name| name == column);
-    let at = at.unwrap_or_else(|| panic!("no {column} in {head}"));
-    let negated = lines.map(|line| {
-        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-        let value: f64 = fields[at].parse().expect("a number");
-        fields[at] = (-value).to_string();
-        fields.join(",")
-    });
-    let all: Vec<String> = std::iter::once(head.to_owned()).chain(negated).collect();
-    std::fs::write(path, all.join("\n") + "\n").expect("written");
+    change_column(path, column, |_, value| -value);
 }
 
 /// What `check` says of a survey with a column's sign reversed, and that it says no such thing of the survey as it is.

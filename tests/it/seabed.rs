@@ -4,7 +4,7 @@ use std::path::Path;
 use tiff::decoder::DecodingResult;
 use tiff::tags::Tag;
 
-use crate::common::{run, simulated, words};
+use crate::common::{applied, change_column, run, simulated, words};
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
 
@@ -92,16 +92,7 @@ fn an_applied_cloud_names_ping_and_beam() {
     let survey = "survey/survey.toml";
     let calibrate = ["calibrate", survey, "--method", "joint", "--out", "out"];
     assert_eq!(run(&calibrate, folder.path()).status.code(), Some(0));
-    let apply = [
-        "apply",
-        survey,
-        "--calibration",
-        "out/result.json",
-        "--out",
-        "cloud.laz",
-    ];
-    let output = run(&apply, folder.path());
-    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    applied(survey, folder.path());
     let csv = std::fs::read_to_string(folder.path().join("survey/multibeam.csv")).expect("a file");
     let rows: Vec<Vec<&str>> = csv
         .lines()
@@ -475,25 +466,6 @@ fn lines_in_one_direction_give_no_roll() {
     );
 }
 
-/// Adds to a column of the trajectory's rows by their time.
-fn trajectory_changed(folder: &Path, column: &str, by: impl Fn(f64) -> f64) {
-    let path = folder.join("survey/trajectory.csv");
-    let text = std::fs::read_to_string(&path).expect("a trajectory");
-    let mut rows = text.lines();
-    let head = rows.next().expect("a head");
-    let place = |name: &str| head.split(',').position(|n| n == name).expect("a column");
-    let (time, at) = (place("time_s"), place(column));
-    let changed = rows.map(|row| {
-        let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
-        let number = |k: usize| cells[k].parse::<f64>().expect("a number");
-        let value = number(at) + by(number(time));
-        cells[at] = value.to_string();
-        cells.join(",")
-    });
-    let rows: Vec<String> = changed.collect();
-    std::fs::write(&path, format!("{head}\n{}\n", rows.join("\n"))).expect("written");
-}
-
 /// Begin and end of every line, seconds.
 fn spans(folder: &Path) -> Vec<[f64; 2]> {
     let text = std::fs::read_to_string(folder.join("survey/survey.toml")).expect("a survey");
@@ -512,8 +484,9 @@ fn a_line_that_lies_off_the_others_is_named() {
     let folder = simulated(THIN);
     let [from, to] = spans(folder.path())[1];
     // a degree of latitude is 110.9 km at this latitude of WGS84
-    trajectory_changed(folder.path(), "latitude_deg", |t| {
-        f64::from(u8::from((from..=to).contains(&t))) / 110_900.0
+    let trajectory = folder.path().join("survey/trajectory.csv");
+    change_column(&trajectory, "latitude_deg", |t, latitude_deg| {
+        latitude_deg + f64::from(u8::from((from..=to).contains(&t))) / 110_900.0
     });
     let survey = "survey/survey.toml";
     let calibrate = ["calibrate", survey, "--method", "joint", "--out", "out"];
