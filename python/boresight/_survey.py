@@ -522,6 +522,8 @@ class Residuals:
 
     face: npt.NDArray[np.int16]
     """Place of the face in ``faces``; -1 for an observation that the adjustment did not use."""
+    reason: npt.NDArray[np.uint8]
+    """Why it was not used: place in ``reasons``; 0 for one that was used."""
     residual_m: npt.NDArray[np.float64]
     """Distance from the adjusted face, positive outwards, metres; NaN for one that was not used."""
     sigma_m: npt.NDArray[np.float64]
@@ -532,6 +534,8 @@ class Residuals:
     """Residual of the adjustment over its own standard deviation, positive outwards; the trajectory's estimated errors are applied."""
     faces: tuple[str, ...]
     """Names of the target's faces."""
+    reasons: tuple[str, ...]
+    """What the numbers of ``reason`` mean, as in ``result.counts``."""
 
     def __len__(self) -> int:
         return len(self.face)
@@ -557,7 +561,8 @@ def residuals(
     found = survey._handle.residuals(method, seed=seed, extra=given, threads=threads, progress=told(progress))
     names = ("residual_m", "sigma_m", "redundancy", "normalised")
     figures = {name: found[f"{sensor}.{name}"] for name in names}
-    return Residuals(face=found[f"{sensor}.face"], faces=tuple(found["faces"]), **figures)
+    face, reason = found[f"{sensor}.face"], found[f"{sensor}.reason"]
+    return Residuals(face=face, reason=reason, faces=tuple(found["faces"]), reasons=tuple(found["reasons"]), **figures)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ use boresight::procedures::pool::influence::observations;
 use boresight::procedures::pool::procedure::input;
 use boresight::procedures::pool::summary::residuals::{Residuals, sounding_point};
 use boresight::procedures::pool::survey::{Arrays, LoadedSurvey, load, parse_target};
-use boresight::procedures::pool::ties::{PlacedBy, Tie, TieSet};
+use boresight::procedures::pool::ties::{PlacedBy, Reason, Tie, TieSet};
 use boresight::procedures::pool::{PoolInput, Scene, calibrate};
 use boresight::procedures::{of_file, scenario, scenario_text};
 use boresight::results::InputFile;
@@ -266,6 +266,7 @@ impl Survey {
         })?;
         let all = PyDict::new(py);
         all.set_item("faces", names)?;
+        all.set_item("reasons", Reason::ALL.map(Reason::name))?;
         soundings.put(py, "soundings", &all)?;
         returns.put(py, "laser", &all)?;
         Ok(all)
@@ -317,6 +318,7 @@ impl Survey {
 /// Every observation of one sensor, by column; NaN where it was not used.
 struct OnFaces {
     face: Vec<i16>,
+    reason: Vec<u8>,
     residual_m: Vec<f64>,
     sigma_m: Vec<f64>,
     redundancy: Vec<f64>,
@@ -326,6 +328,10 @@ struct OnFaces {
 impl OnFaces {
     fn put(self, py: Python<'_>, sensor: &str, all: &Bound<'_, PyDict>) -> PyResult<()> {
         all.set_item(format!("{sensor}.face"), PyArray1::from_vec(py, self.face))?;
+        all.set_item(
+            format!("{sensor}.reason"),
+            PyArray1::from_vec(py, self.reason),
+        )?;
         let put =
             |name, values| all.set_item(format!("{sensor}.{name}"), PyArray1::from_vec(py, values));
         put("residual_m", self.residual_m)?;
@@ -378,6 +384,7 @@ fn tied(
     let nothing = || vec![f64::NAN; rows];
     let mut all = OnFaces {
         face: vec![-1; rows],
+        reason: (0..rows).map(|row| ties.reason(row) as u8).collect(),
         residual_m: nothing(),
         sigma_m: nothing(),
         redundancy: nothing(),

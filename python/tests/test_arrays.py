@@ -241,6 +241,10 @@ def test_residuals_are_those_of_the_result(pool: bs.Survey, result: bs.Result) -
         assert len(found) == n
         assert used.sum() == result.counts[key]["used"] and np.isfinite(found.residual_m[used]).all()
         assert np.isnan(found.residual_m[~used]).all() and found.face.max() < len(found.faces)
+        assert ((found.reason == 0) == used).all() and found.reasons[0] == "used"
+        counted = np.bincount(found.reason, minlength=len(found.reasons))
+        why = {name: int(n) for name, n in zip(found.reasons[1:], counted[1:], strict=True) if n}
+        assert why == result.counts[key]["rejected"]
         if sensor == "soundings":
             rms = np.sqrt(np.mean(found.residual_m[used] ** 2))
             assert rms == pytest.approx(result.to_dict()["residual_rms_m"]["joint"], rel=1e-9)

@@ -29,13 +29,83 @@ pub struct Tie {
     pub face: u16,
 }
 
+/// What became of an observation; the number is what Python's arrays hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Reason {
+    /// It is tied to a face.
+    Used,
+    /// The trajectory gives no position at its time.
+    OutsideTrajectory,
+    /// No face is within the gate.
+    NoFace,
+    /// Within the gate of a face's plane, but outside of its outline, or too close to the edge.
+    OutsideOutline,
+    /// Two faces are as good.
+    Ambiguous,
+    /// It lies on an obstacle.
+    Obstacle,
+    /// It lies on a face whose plane the scanner did not see.
+    Unseen,
+    /// Data snooping rejected it.
+    GrossError,
+    /// Only of a simulation, where it is known: it struck something else.
+    StruckOther,
+    /// The calibration ended before it was looked at.
+    NotLookedAt,
+}
+
+impl Reason {
+    /// All, by their numbers.
+    pub const ALL: [Self; 10] = [
+        Self::Used,
+        Self::OutsideTrajectory,
+        Self::NoFace,
+        Self::OutsideOutline,
+        Self::Ambiguous,
+        Self::Obstacle,
+        Self::Unseen,
+        Self::GrossError,
+        Self::StruckOther,
+        Self::NotLookedAt,
+    ];
+
+    /// As a reader sees it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Used => "used",
+            Self::OutsideTrajectory => "outside the trajectory",
+            Self::NoFace => "no face within the gate",
+            Self::OutsideOutline => "outside outline",
+            Self::Ambiguous => "ambiguous",
+            Self::Obstacle => "on an obstacle",
+            Self::Unseen => "on a plane that the scanner did not see",
+            Self::GrossError => "gross error",
+            Self::StruckOther => "struck another surface",
+            Self::NotLookedAt => "not looked at",
+        }
+    }
+
+    fn of(verdict: Option<Verdict>) -> Self {
+        match verdict {
+            Some(Verdict::Tie(_)) => Self::Used,
+            Some(Verdict::NoFace) => Self::NoFace,
+            Some(Verdict::OutsideOutline) => Self::OutsideOutline,
+            Some(Verdict::Ambiguous) => Self::Ambiguous,
+            Some(Verdict::Obstacle) => Self::Obstacle,
+            None => Self::OutsideTrajectory,
+        }
+    }
+}
+
 /// Ties of one sensor and what became of the other rows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TieSet {
     /// The ties in order of their rows.
     pub ties: Vec<Tie>,
-    /// Rows that are not tied, by reason.
-    pub rejected: BTreeMap<&'static str, u64>,
+    /// What became of each row of the sensor; empty where none was looked at.
+    pub reasons: Vec<Reason>,
 }
 
 impl TieSet {
@@ -59,17 +129,45 @@ impl TieSet {
         let stride = self.ties.len().div_ceil(most).max(1);
         Self {
             ties: self.ties.iter().step_by(stride).copied().collect(),
-            rejected: self.rejected.clone(),
+            reasons: self.reasons.clone(),
         }
+    }
+
+    /// What became of a row.
+    #[must_use]
+    pub fn reason(&self, row: usize) -> Reason {
+        let found = self.reasons.get(row);
+        found.copied().unwrap_or(Reason::NotLookedAt)
+    }
+
+    /// Rows that were looked at and are not tied, by reason.
+    #[must_use]
+    pub fn rejected(&self) -> BTreeMap<Reason, u64> {
+        let mut counts = [0; Reason::ALL.len()];
+        for reason in &self.reasons {
+            counts[*reason as usize] += 1;
+        }
+        let all = Reason::ALL.into_iter().zip(counts);
+        all.filter(|(reason, n)| *reason != Reason::Used && *n > 0)
+            .collect()
+    }
+
+    /// Leaves out ties that are not to be kept, and notes why.
+    pub(super) fn retain(&mut self, why: Reason, mut keep: impl FnMut(&Tie) -> bool) {
+        let reasons = &mut self.reasons;
+        self.ties.retain(|tie| {
+            let kept = keep(tie);
+            if !kept && let Some(reason) = reasons.get_mut(tie.row as usize) {
+                *reason = why;
+            }
+            kept
+        });
     }
 
     /// Leaves out ties to a face that the observation did not strike, where that is known.
     fn keep_true(&mut self, struck: Option<&[u16]>) {
         let Some(struck) = struck else { return };
-        let before = self.ties.len();
-        self.ties.retain(|t| struck[t.row as usize] == t.face);
-        let wrong = (before - self.ties.len()) as u64;
-        *self.rejected.entry("struck another surface").or_default() += wrong;
+        self.retain(Reason::StruckOther, |t| struck[t.row as usize] == t.face);
     }
 
     /// Number of ties on faces that `keep`.
@@ -246,6 +344,14 @@ impl Among<'_> {
         }
     }
 
+    /// What is known of the rows before they are judged.
+    fn reasons(&self, all: usize) -> Vec<Reason> {
+        match self {
+            Self::All | Self::AllLike(_) => vec![Reason::NotLookedAt; all],
+            Self::Tied(set) => set.reasons.clone(),
+        }
+    }
+
     /// Rows and the faces they were tied to, from the `i`-th on.
     fn from(&self, i: usize) -> impl Iterator<Item = (usize, Option<u16>)> + '_ {
         let ties: &[Tie] = match self {
@@ -281,10 +387,10 @@ pub fn tie_returns(
     let noise = &campaign.laser.noise;
     let count = among.count(campaign.laser.len());
     let mut set = collect(
+        among.reasons(campaign.laser.len()),
         count,
         |i| among.from(i),
-        |(j, known), before| {
-            let hint = known.or(before);
+        |j, hint| {
             if let Some(point) = scene.laser_fixed_point(j) {
                 let ray = scene.laser_point(j).map_or(Vector3::x(), |p| p.1);
                 let gate = Gate {
@@ -292,15 +398,9 @@ pub fn tie_returns(
                     largest_sigma_m: noise.point_m,
                     margin_m: (MARGIN_SIGMAS * noise.point_m).max(LEAST_MARGIN_M),
                 };
-                return (
-                    j as u32,
-                    Some(patches.assign(&point, &ray, &gate, hint, |_| noise.point_m)),
-                );
+                return Some(patches.assign(&point, &ray, &gate, hint, |_| noise.point_m));
             }
-            let Some(pose) = scene.return_pose(j) else {
-                return (j as u32, None);
-            };
-            let pose = association.pose(pose);
+            let pose = association.pose(scene.return_pose(j)?);
             let u = campaign.laser.point(j);
             let turned = campaign.scanner.rotation * u;
             let arm = turned + campaign.scanner.lever_arm_m;
@@ -314,12 +414,9 @@ pub fn tie_returns(
                         + trajectory.along(&partials.attitude))
                     .sqrt()
                 });
-            (j as u32, Some(verdict))
+            Some(verdict)
         },
     );
-    if let Among::Tied(before) = among {
-        set.reject_too(before);
-    }
     set.keep_true(scene.struck.map(|s| s.returns.as_slice()));
     set
 }
@@ -376,12 +473,11 @@ pub fn tie_soundings(
     let spread_m2 = TrajectoryVariance::new(&campaign.trajectory.noise, true).position_m2;
     let trajectory = association.variance(&campaign.trajectory.noise);
     let noise = &campaign.soundings.noise;
-    let from = |i: usize| rows[i..].iter().copied();
-    let mut set = collect(rows.len(), from, |row, before| {
-        let k = row as usize;
-        let Some((pose, beam)) = model.beam(scene, k) else {
-            return (row, None);
-        };
+    let from = |i: usize| rows[i..].iter().map(|row| (*row as usize, None));
+    // rows that are not among these lie far from every face
+    let reasons = vec![Reason::NoFace; campaign.soundings.len()];
+    let mut set = collect(reasons, rows.len(), from, |k, before| {
+        let (pose, beam) = model.beam(scene, k)?;
         let pose = association.pose(pose);
         let partials = beam.partials();
         let turned = mounting.rotation * partials.vector_m;
@@ -395,10 +491,8 @@ pub fn tie_soundings(
             let gain = partials.jacobian.tr_mul(&p.sensor);
             (sounding_variance(noise, &gain) + trajectory.along(&p.attitude)).sqrt()
         });
-        (row, Some(verdict))
+        Some(verdict)
     });
-    let far = campaign.soundings.len() - rows.len();
-    *set.rejected.entry(NO_FACE).or_default() += far as u64;
     set.keep_true(scene.struck.map(|s| s.soundings.as_slice()));
     set
 }
@@ -417,60 +511,41 @@ pub fn tie_soundings_first(
     tie_soundings(scene, patches, rows, &model, &association)
 }
 
-const NO_FACE: &str = "no face within the gate";
-
-/// Runs `judge` over `count` rows in parallel and sorts the verdicts, in order; `from(i)` gives the rows from the `i`-th on. The
-/// judge is told the face of the last tie, where the next is likely to be.
-fn collect<R, I: Iterator<Item = R>>(
+/// Runs `judge` over `count` rows in parallel and keeps the ties in order; `from(i)` gives the rows, ascending, from the `i`-th on, each
+/// with the face it probably lies on, else the face of the last tie is taken for that. `reasons` holds what is known of all rows before.
+fn collect<I: Iterator<Item = (usize, Option<u16>)>>(
+    mut reasons: Vec<Reason>,
     count: usize,
     from: impl Fn(usize) -> I + Sync,
-    judge: impl Fn(R, Option<u16>) -> (u32, Option<Verdict>) + Sync,
+    judge: impl Fn(usize, Option<u16>) -> Option<Verdict> + Sync,
 ) -> TieSet {
-    let parts: Vec<TieSet> = (0..count.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|c| {
-            let mut part = TieSet::default();
-            let length = CHUNK.min(count - c * CHUNK);
-            for row in from(c * CHUNK).take(length) {
-                let before = part.ties.last().map(|t| t.face);
-                part.file(judge(row, before));
-            }
-            part
-        })
-        .collect();
-    let mut all = TieSet {
-        ties: Vec::with_capacity(parts.iter().map(|p| p.ties.len()).sum()),
-        ..TieSet::default()
-    };
-    for part in parts {
-        all.reject_too(&part);
-        all.ties.extend(part.ties);
+    let starts = (0..count).step_by(CHUNK);
+    let ends = starts.clone().skip(1).map(|i| from(i).next());
+    let ends = ends.map(|next| next.map_or(usize::MAX, |(row, _)| row));
+    let ends: Vec<usize> = ends.chain([usize::MAX]).collect();
+    let (mut rest, mut first) = (reasons.as_mut_slice(), 0);
+    let mut parts = vec![];
+    for (i, end) in starts.zip(ends) {
+        let length = (end - first).min(rest.len());
+        let (own, behind) = rest.split_at_mut(length);
+        parts.push((i, first, own));
+        (rest, first) = (behind, first + length);
     }
-    all
-}
-
-impl TieSet {
-    /// Counts the rejected rows of another set too.
-    fn reject_too(&mut self, other: &Self) {
-        for (reason, n) in &other.rejected {
-            *self.rejected.entry(reason).or_default() += n;
+    let judged = |(i, first, reasons): (usize, usize, &mut [Reason])| {
+        let mut ties: Vec<Tie> = vec![];
+        for (row, known) in from(i).take(CHUNK) {
+            let verdict = judge(row, known.or(ties.last().map(|tie| tie.face)));
+            if let Some(Verdict::Tie(face)) = verdict {
+                let row = row as u32;
+                ties.push(Tie { row, face });
+            }
+            reasons[row - first] = Reason::of(verdict);
         }
-    }
-
-    fn file(&mut self, (row, verdict): (u32, Option<Verdict>)) {
-        let reason = match verdict {
-            Some(Verdict::Tie(face)) => {
-                self.ties.push(Tie { row, face });
-                return;
-            }
-            Some(Verdict::NoFace) => NO_FACE,
-            Some(Verdict::OutsideOutline) => "outside outline",
-            Some(Verdict::Ambiguous) => "ambiguous",
-            Some(Verdict::Obstacle) => "on an obstacle",
-            None => "outside the trajectory",
-        };
-        *self.rejected.entry(reason).or_default() += 1;
-    }
+        ties
+    };
+    let ties: Vec<Vec<Tie>> = parts.into_par_iter().map(judged).collect();
+    let ties = ties.concat();
+    TieSet { ties, reasons }
 }
 
 #[cfg(test)]

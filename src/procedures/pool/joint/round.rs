@@ -9,7 +9,8 @@ use super::super::doubts::Passes;
 use super::super::judge::{Case, Cells};
 use super::super::scene::Scene;
 use super::super::ties::{
-    Among, Association, Corrected, PlacedBy, TieSet, TrajectoryVariance, tie_returns, tie_soundings,
+    Among, Association, Corrected, PlacedBy, Reason, TieSet, TrajectoryVariance, tie_returns,
+    tie_soundings,
 };
 use super::{
     Blocks, Components, Epochs, JointOutcome, JointStart, Judgement, RETURNS, Round, SOUNDINGS,
@@ -316,14 +317,9 @@ impl Frame<'_> {
 
     /// Only ties on faces whose plane the scanner saw.
     pub(super) fn known(&self, mut set: TieSet) -> TieSet {
-        let before = set.ties.len();
-        set.ties
-            .retain(|t| self.blocks.faces[t.face as usize].is_some());
-        let lost = (before - set.ties.len()) as u64;
-        if lost > 0 {
-            set.rejected
-                .insert("on a plane that the scanner did not see", lost);
-        }
+        set.retain(Reason::Unseen, |t| {
+            self.blocks.faces[t.face as usize].is_some()
+        });
         set
     }
 }
@@ -367,16 +363,11 @@ impl Ties {
     }
 }
 
-/// Removes ties that data snooping switched off, and counts them.
+/// Removes ties that data snooping switched off.
 fn drop_snooped(set: &mut TieSet, ignored: Option<&Vec<bool>>) {
     let Some(ignored) = ignored else { return };
-    let before = set.ties.len();
     let mut keep = ignored.iter().map(|off| !off);
-    set.ties.retain(|_| keep.next().unwrap_or(true));
-    let removed = (before - set.ties.len()) as u64;
-    if removed > 0 {
-        set.rejected.insert("gross error", removed);
-    }
+    set.retain(Reason::GrossError, |_| keep.next().unwrap_or(true));
 }
 
 /// Covariance of the six parameters; zero rows for those held.

@@ -31,13 +31,10 @@ use serde::Serialize;
 
 use super::config::{Drift, JointConfig, Planes};
 use super::run::{Method, PoolInput, PoolOutcome};
-use super::ties::TieSet;
+use super::ties::{Reason, TieSet};
 use crate::calibrate::conventions::conventions;
 use crate::results::{Calibration, Convention, Provenance, SCHEMA, SensorCounts, Solutions};
 use residuals::Residuals;
-
-/// Reason under which observations without a position are counted.
-pub const NO_POSITION: &str = "outside the trajectory";
 
 /// Observations that were read but dropped before the calibration (no position; `outside = "drop"`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -164,15 +161,15 @@ fn counts(
 /// Rows with no verdict at all, because the calibration ended before they were looked at, are counted as such.
 fn sensor_counts(rows: usize, ties: &TieSet, dropped: u64) -> SensorCounts {
     let used = ties.ties.len() as u64;
-    let judged = used + ties.rejected.values().sum::<u64>();
-    let mut rejected: BTreeMap<String, u64> = ties
-        .rejected
-        .iter()
-        .map(|(reason, n)| ((*reason).to_owned(), *n))
+    let mut by_reason = ties.rejected();
+    if ties.reasons.is_empty() {
+        by_reason.insert(Reason::NotLookedAt, rows as u64);
+    }
+    *by_reason.entry(Reason::OutsideTrajectory).or_default() += dropped;
+    let mut rejected: BTreeMap<String, u64> = by_reason
+        .into_iter()
+        .map(|(reason, n)| (reason.name().to_owned(), n))
         .collect();
-    *rejected.entry(NO_POSITION.to_owned()).or_default() += dropped;
-    *rejected.entry("not looked at".to_owned()).or_default() +=
-        (rows as u64).saturating_sub(judged);
     rejected.retain(|_, n| *n > 0);
     SensorCounts {
         read: rows as u64 + dropped,
