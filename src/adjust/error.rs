@@ -79,6 +79,36 @@ pub enum AdjustError {
         /// Epoch index.
         epoch: usize,
     },
+    /// The file that holds what does not fit into memory failed.
+    #[error(
+        "cannot {what} in {folder}, where the adjustment keeps what exceeds its memory: {why}; free space there, name another folder in `[large] spill`, or raise `[large] factor_memory_mb`"
+    )]
+    NoSpill {
+        /// What was tried.
+        what: &'static str,
+        /// Folder of the file.
+        folder: String,
+        /// What the system says.
+        why: String,
+    },
+    /// Blocks of a chain are put together, and one is missing.
+    #[error("block {block} of {blocks} of the trajectory chain is missing")]
+    MissingBlock {
+        /// Its number, from zero.
+        block: usize,
+        /// Blocks of the chain.
+        blocks: usize,
+    },
+    /// Blocks of a chain are put together, and one came twice, or belongs to another chain.
+    #[error(
+        "block {block} of the trajectory chain came twice, or the chain's {blocks} blocks do not hold it"
+    )]
+    SurplusBlock {
+        /// Its number, from zero.
+        block: usize,
+        /// Blocks of the chain.
+        blocks: usize,
+    },
     /// A decomposition of the reduced normal matrix did not converge.
     #[error("the decomposition of the {size} x {size} reduced system did not converge")]
     NoDecomposition {

@@ -12,16 +12,14 @@ use rayon::prelude::*;
 
 use super::condition::Row;
 use super::error::AdjustError;
-use super::partition::{chunks, conditions_of, sees_chain, windows};
+use super::partition::{chunks, conditions_of, sees_chain};
 use super::pass::Pass;
 use super::problem::{Problem, Source};
-use super::selected::{Backward, Covariances};
+use super::selected::{Covariances, each_window};
 use super::solve::Solution;
 
 /// Rows of a chunk of a set without chain.
 const CHUNK: usize = 4096;
-/// Windows of the chain at a time.
-const BATCH: usize = 16;
 
 /// Derivatives of the columns sought ([`super::ParameterSet::sought_columns`], the rows here) by the errors of conditions and
 /// priors.
@@ -81,32 +79,10 @@ impl Reader<'_> {
     }
 
     fn with_chain(&self, solution: &Solution, out: &mut [DMatrix<f64>]) -> Result<(), AdjustError> {
-        let parameters = &solution.estimate.parameters;
-        let (free, inner) = (
-            parameters.free_columns(),
-            solution.linearisation.spectrum.cofactor(),
-        );
-        let (Some(model), Some(factor)) = (self.pass.problem.chain, &solution.linearisation.factor)
-        else {
-            return Ok(());
-        };
-        let mut backward = Backward::new(model, factor, &free, parameters.columns(), &inner);
-        for batch in windows(model).rchunks(BATCH) {
-            let covariances: Vec<_> = batch
-                .iter()
-                .rev()
-                .map(|window| backward.window(window.clone()))
-                .collect();
-            let parts: Result<Vec<Vec<Part>>, AdjustError> = covariances
-                .par_iter()
-                .map(|window| self.window(window))
-                .collect();
-            parts?
-                .into_iter()
-                .flatten()
-                .for_each(|part| keep(part, out));
-        }
-        Ok(())
+        let judge = |window: &Covariances| self.window(window);
+        each_window(self.pass.problem, solution, judge, |parts| {
+            parts.into_iter().for_each(|part| keep(part, out));
+        })
     }
 
     fn window(&self, window: &Covariances) -> Result<Vec<Part>, AdjustError> {

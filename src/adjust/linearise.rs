@@ -5,20 +5,23 @@
 //! digits of the condition number of the *scaled* Jacobian, is harmless up to a condition of about 1e6 (seen: 1e4).
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::accumulate::{Normal, Run, Window};
+use super::block::{ChainFactor, ReducedNormals, combine};
 use super::chain::{ChainModel, ChainState, VISIBLE};
-use super::elimination::Elimination;
+use super::elimination::{Elimination, Plan};
 use super::error::AdjustError;
-use super::factor::Factor;
+use super::factor::{Factor, compiled_size};
 use super::orthogonal::orthogonalised;
-use super::partition::{chunks, conditions_of, sees_chain, windows};
+use super::partition::{blocks, chunks, conditions_of, in_waves, sees_chain, windows};
 use super::pass::{Pass, Tally, Weighting};
 use super::problem::{Estimate, Problem};
 use super::spectrum::{Reduced, Spectrum};
+use super::store::{Page, Store};
 
 /// Conditions up to which a problem without chain is solved by orthogonalisation.
 const QR_ROWS: usize = 20_000;
@@ -42,8 +45,8 @@ pub(super) struct Linearisation {
     pub spectrum: Spectrum,
     /// Fall of the cost by the states alone, parameters standing still.
     pub state_promise: f64,
-    /// Factor of the chain.
-    pub factor: Option<Factor>,
+    /// Factor of the chain, where it was kept.
+    pub factor: Option<ChainFactor>,
 }
 
 impl Linearisation {
@@ -107,12 +110,12 @@ fn culprit(pass: &Pass) -> AdjustError {
     }
 }
 
-/// Linearises a problem. `recycled` lends the memory of an old factor.
+/// Linearises a problem.
 pub(super) fn linearise(
     problem: &Problem,
     at: &Estimate,
     weighting: Weighting,
-    recycled: Option<Factor>,
+    keep: Keep,
 ) -> Result<Linearisation, AdjustError> {
     let pass = Pass {
         problem,
@@ -120,7 +123,7 @@ pub(super) fn linearise(
         weighting,
     };
     match (problem.chain, &at.chain) {
-        (Some(model), Some(state)) => with_chain(&pass, model, state, recycled),
+        (Some(model), Some(state)) => with_chain(&pass, model, state, keep),
         _ if problem.condition_count() <= QR_ROWS => orthogonalised(&pass),
         _ => summed(&pass),
     }
@@ -203,34 +206,156 @@ fn reduce(normal: &Normal, loss: &DMatrix<f64>, free: &[usize]) -> Reduced {
     }
 }
 
+/// What becomes of the factor of the chain.
+pub(super) enum Keep {
+    /// It is kept; an old one lends its memory.
+    Factor(Option<ChainFactor>),
+    /// It is not: only the reduced system is wanted.
+    Nothing,
+}
+
 fn with_chain(
     pass: &Pass,
     model: &ChainModel,
     state: &ChainState,
-    recycled: Option<Factor>,
+    keep: Keep,
 ) -> Result<Linearisation, AdjustError> {
     let free = pass.at.parameters.free_columns();
-    let (mut normal, mut tally) = sum_without_chain(pass, |set| !sees_chain(pass.problem, set))?;
+    let without = sum_without_chain(pass, |set| !sees_chain(pass.problem, set))?;
     let mut kept = free.clone();
     kept.push(pass.at.parameters.columns());
-    let mut elimination = Elimination::new(model, state, &kept, recycled)?;
-    sweep(pass, model, |windows: Vec<WindowSums>| {
-        for sums in &windows {
-            normal.add(&sums.normal);
-            tally.add(&sums.tally);
-            elimination.eliminate(&sums.window)?;
+    let large = &pass.problem.large;
+    let blocks = blocks(model, large);
+    let (store, spare) = match keep {
+        Keep::Nothing => (Store::Nowhere, Vec::new()),
+        Keep::Factor(old) => {
+            let (old, spare) = old.map_or((None, Vec::new()), ChainFactor::into_parts);
+            let bytes = factor_bytes(model, kept.len(), &blocks)?;
+            (Store::of_size(bytes, large, old)?, spare)
         }
-        Ok(())
-    })?;
-    let prior_cost = add_priors(pass.at, &mut normal)? + elimination.prior_cost;
-    let (factor, loss) = elimination.finish();
+    };
+    let plan = Plan {
+        model,
+        state,
+        columns: &kept,
+        store: &store,
+    };
+    let (parts, interiors) = reduced_blocks(pass, plan, &blocks, without, spare)?;
+    let mut network = combine(parts, model, &blocks)?;
+    let prior_cost = add_priors(pass.at, &mut network.normal)? + network.prior_cost;
+    let (loss, tally) = (&network.loss, network.tally);
     let state_promise = 0.5 * loss[(free.len(), free.len())];
-    let solved = Linearisation::new(pass, reduce(&normal, &loss, &free), tally, prior_cost)?;
+    let reduced = reduce(&network.normal, loss, &free);
+    let solved = Linearisation::new(pass, reduced, tally, prior_cost)?;
+    let factor = ChainFactor {
+        blocks,
+        interiors,
+        cuts: network.cuts,
+        store,
+    };
     Ok(Linearisation {
         state_promise,
-        factor: Some(factor),
+        factor: (!matches!(factor.store, Store::Nowhere)).then_some(factor),
         ..solved
     })
+}
+
+/// Bytes of the factor of a chain.
+fn factor_bytes(
+    model: &ChainModel,
+    kept: usize,
+    blocks: &[Range<usize>],
+) -> Result<u64, AdjustError> {
+    let size = compiled_size(model.state_size())?;
+    let first = usize::from(blocks.len() > 1) * size;
+    Ok(model.epochs() as u64 * Factor::bytes(size, first + kept))
+}
+
+/// Accumulates and eliminates the blocks beside one another; the sums of the conditions without chain, `without`, go to the first.
+fn reduced_blocks(
+    pass: &Pass,
+    plan: Plan,
+    blocks: &[Range<usize>],
+    without: (Normal, Tally),
+    spare: Vec<Vec<Page>>,
+) -> Result<(Vec<ReducedNormals>, Vec<Vec<Page>>), AdjustError> {
+    let windows = blocks.iter().map(|block| windows(block).len()).sum();
+    let progress = Progress {
+        pass,
+        done: AtomicUsize::new(0),
+        windows,
+    };
+    let columns = pass.at.parameters.columns();
+    let empty = || (Normal::zero(columns), Tally::default());
+    let sums = std::iter::once(without).chain(std::iter::repeat_with(empty));
+    let spare = spare.into_iter().chain(std::iter::repeat_with(Vec::new));
+    let (mut parts, mut interiors) = (Vec::new(), Vec::new());
+    in_waves(
+        blocks.iter().enumerate().zip(sums.zip(spare)),
+        |(block, (sums, spare))| reduced_block(&progress, plan, block, sums, spare),
+        |(part, interior)| {
+            parts.push(part);
+            interiors.push(interior);
+        },
+    )?;
+    Ok((parts, interiors))
+}
+
+/// The blocks of a problem, reduced at an estimate, and their intervals.
+#[cfg(test)]
+pub(super) fn reduced_blocks_of(
+    problem: &Problem,
+    at: &Estimate,
+) -> Result<(Vec<ReducedNormals>, Vec<Range<usize>>), AdjustError> {
+    let weighting = Weighting::Uniform(1.0);
+    let pass = Pass {
+        problem,
+        at,
+        weighting,
+    };
+    let mut columns = at.parameters.free_columns();
+    columns.push(at.parameters.columns());
+    let (Some(model), Some(state)) = (problem.chain, &at.chain) else {
+        return Ok((vec![], vec![]));
+    };
+    let (columns, store) = (&columns[..], &Store::Memory);
+    let plan = Plan {
+        model,
+        state,
+        columns,
+        store,
+    };
+    let (blocks, none) = (blocks(model, &problem.large), Vec::new());
+    let without = (Normal::zero(at.parameters.columns()), Tally::default());
+    let (parts, _) = reduced_blocks(&pass, plan, &blocks, without, none)?;
+    Ok((parts, blocks))
+}
+
+/// A pass over the windows of a chain and how far it is.
+struct Progress<'a> {
+    pass: &'a Pass<'a>,
+    done: AtomicUsize,
+    windows: usize,
+}
+
+/// Reduces a block; its sums are added to what is there.
+fn reduced_block(
+    progress: &Progress,
+    plan: Plan,
+    (block, intervals): (usize, &Range<usize>),
+    (mut normal, mut tally): (Normal, Tally),
+    spare: Vec<Page>,
+) -> Result<(ReducedNormals, Vec<Page>), AdjustError> {
+    let mut elimination = Elimination::new(plan, intervals.clone(), spare)?;
+    let left = sweep(progress, &windows(intervals), |windows: &[WindowSums]| {
+        for sums in windows {
+            normal.add(&sums.normal);
+            tally.add(&sums.tally);
+        }
+        elimination.eliminate(windows.iter().map(|sums| &sums.window))
+    })?;
+    let eliminated = elimination.finish(left.as_ref());
+    Ok(ReducedNormals::new(block, (normal, tally), eliminated))
 }
 
 struct WindowSums {
@@ -239,18 +364,19 @@ struct WindowSums {
     tally: Tally,
 }
 
-/// Accumulates the chain window by window and hands batches of them, in order, to `eliminate`, which runs beside the
-/// accumulation of the next batch.
+/// Accumulates a block window by window and hands batches of them, in order, to `eliminate`, which runs beside the accumulation of
+/// the next batch. Returns what the last window leaves at the epoch behind it.
 fn sweep(
-    pass: &Pass,
-    model: &ChainModel,
-    mut eliminate: impl FnMut(Vec<WindowSums>) -> Result<(), AdjustError> + Send,
-) -> Result<(), AdjustError> {
-    let windows = windows(model);
+    progress: &Progress,
+    windows: &[Range<usize>],
+    mut eliminate: impl FnMut(&[WindowSums]) -> Result<(), AdjustError> + Send,
+) -> Result<Option<Window>, AdjustError> {
+    let pass = progress.pass;
     let mut ready: Vec<WindowSums> = Vec::new();
-    let mut spill: Option<Window> = None;
-    for (done, batch) in windows.chunks(BATCH).enumerate() {
-        pass.problem.counted(done * BATCH, windows.len());
+    let mut left: Option<Window> = None;
+    for batch in windows.chunks(BATCH) {
+        let done = progress.done.fetch_add(batch.len(), Ordering::Relaxed);
+        pass.problem.counted(done, progress.windows);
         let current = std::mem::take(&mut ready);
         let accumulate = || {
             batch
@@ -259,21 +385,22 @@ fn sweep(
                 .collect()
         };
         let (next, done): (Result<Vec<_>, AdjustError>, _) =
-            rayon::join(accumulate, || eliminate(current));
+            rayon::join(accumulate, || eliminate(&current));
         done?;
         ready = next?;
-        join_windows(&mut ready, &mut spill);
+        join_windows(&mut ready, &mut left);
     }
-    eliminate(ready)
+    eliminate(&ready)?;
+    Ok(left)
 }
 
 /// Gives each window what the one before left at their common epoch.
-fn join_windows(ready: &mut [WindowSums], spill: &mut Option<Window>) {
+fn join_windows(ready: &mut [WindowSums], left: &mut Option<Window>) {
     for sums in ready.iter_mut() {
-        if let Some(before) = spill.take() {
+        if let Some(before) = left.take() {
             sums.window.take_over(&before);
         }
-        *spill = Some(sums.window.last_epoch());
+        *left = Some(sums.window.last_epoch());
     }
 }
 

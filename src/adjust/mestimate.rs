@@ -1,7 +1,7 @@
 //! Covariance of a robust estimate.
 
 use super::error::AdjustError;
-use super::linearise::linearise;
+use super::linearise::{Keep, linearise};
 use super::pass::{Tally, Weighting};
 use super::problem::Problem;
 use super::reliability::{GroupQuality, survey};
@@ -25,8 +25,8 @@ pub(super) fn robust_covariance(
 ) -> Result<Solution, AdjustError> {
     let redundancy = groups.iter().map(|group| group.redundancy).sum();
     solution.weighting = Weighting::Uniform(efficiency(&solution.linearisation.tally, redundancy));
-    let recycled = solution.linearisation.factor.take();
-    solution.linearisation = linearise(problem, &solution.estimate, solution.weighting, recycled)?;
+    let keep = Keep::Factor(solution.linearisation.factor.take());
+    solution.linearisation = linearise(problem, &solution.estimate, solution.weighting, keep)?;
     solution.cofactor = spread_cofactor(&solution.estimate, &solution.linearisation);
     Ok(solution)
 }

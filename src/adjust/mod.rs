@@ -4,6 +4,7 @@
 //! [`Solution`]; [`assess`] judges it.
 
 mod accumulate;
+mod block;
 mod chain;
 mod chart;
 mod condition;
@@ -15,6 +16,7 @@ mod factor;
 mod fit_test;
 mod influence;
 mod kernel;
+mod large;
 mod linearise;
 mod mestimate;
 mod numerics;
@@ -32,6 +34,7 @@ mod score;
 mod selected;
 mod solve;
 mod spectrum;
+mod store;
 #[cfg(test)]
 mod toys;
 
@@ -43,6 +46,7 @@ pub use error::AdjustError;
 pub use fit_test::{FitTest, PriorTest, beside_conditions, prior_tests};
 pub use influence::{Influence, influence};
 pub use kernel::Kernel;
+pub use large::Large;
 pub use numerics::fingerprint;
 pub use observability::{Direction, Limits, Observability, Undetermined, WeakPair, observability};
 pub use options::{Bending, IterationRecord, Options, Status};

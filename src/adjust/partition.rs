@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::chain::ChainModel;
 use super::error::AdjustError;
+use super::large::Large;
 use super::problem::Problem;
 
 /// Intervals of a window of the chain.
@@ -41,13 +42,41 @@ pub(super) fn sees_chain(problem: &Problem, set: usize) -> bool {
     !conditions.is_empty() && conditions.interval(0).is_some()
 }
 
-/// Windows of a chain, in order.
-pub(super) fn windows(model: &ChainModel) -> Vec<Range<usize>> {
-    let end = model.intervals();
-    (0..end)
-        .step_by(WINDOW)
-        .map(|start| start..(start + WINDOW).min(end))
-        .collect()
+/// Blocks of a chain, in order: the intervals between two cuts. The epochs where they meet are the cuts.
+pub(super) fn blocks(model: &ChainModel, large: &Large) -> Vec<Range<usize>> {
+    steps(&(0..model.intervals()), large.block_records.max(2))
+}
+
+/// Windows of a block, in order.
+pub(super) fn windows(block: &Range<usize>) -> Vec<Range<usize>> {
+    steps(block, WINDOW)
+}
+
+fn steps(range: &Range<usize>, size: usize) -> Vec<Range<usize>> {
+    let cut = |start: usize| start..start.saturating_add(size).min(range.end);
+    range.clone().step_by(size).map(cut).collect()
+}
+
+/// Blocks that are worked on at a time: what they hold in memory meanwhile is bounded.
+const WAVE: usize = 8;
+
+/// Does work for blocks, beside one another, and hands out the results in the blocks' order.
+pub(super) fn in_waves<B: Send, T: Send>(
+    blocks: impl Iterator<Item = B>,
+    work: impl Fn(B) -> Result<T, AdjustError> + Sync,
+    mut take: impl FnMut(T),
+) -> Result<(), AdjustError> {
+    let mut blocks = blocks.fuse();
+    loop {
+        let wave: Vec<B> = blocks.by_ref().take(WAVE).collect();
+        if wave.is_empty() {
+            return Ok(());
+        }
+        let done: Vec<_> = wave.into_par_iter().map(&work).collect();
+        for result in done {
+            take(result?);
+        }
+    }
 }
 
 /// Conditions of a set that see the intervals of a window.

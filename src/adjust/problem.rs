@@ -2,6 +2,7 @@
 
 use super::chain::{ChainModel, ChainState};
 use super::condition::Conditions;
+use super::large::Large;
 use super::parameters::ParameterSet;
 use crate::watch::Watch;
 
@@ -37,6 +38,8 @@ pub struct Problem<'a> {
     pub sources: Vec<Source<'a>>,
     /// States along the trajectory, if any condition sees them.
     pub chain: Option<&'a ChainModel>,
+    /// How a long chain is worked on.
+    pub large: Large,
     /// Variance component per observation group; multiplies each condition's variance. Groups beyond the list have one.
     pub components: Vec<f64>,
     /// Who watches the passes over the conditions and may stop them.

@@ -9,16 +9,14 @@ use rayon::prelude::*;
 use super::condition::Row;
 use super::error::AdjustError;
 use super::kernel::Kernel;
-use super::partition::{chunks, conditions_of, sees_chain, windows};
+use super::partition::{chunks, conditions_of, sees_chain};
 use super::pass::{Pass, Weighted};
 use super::problem::Problem;
-use super::selected::{Backward, Covariances};
+use super::selected::{Covariances, each_window};
 use super::solve::Solution;
 
 /// Rows of a chunk of a set without chain.
 const CHUNK: usize = 4096;
-/// Windows of the chain judged at a time.
-const BATCH: usize = 16;
 /// Redundancy below which a condition is uncontrolled and its normalised residual meaningless.
 const CONTROLLED: f64 = 1e-6;
 
@@ -279,26 +277,12 @@ fn surveyed(
         keep,
     };
     let mut sum = judge.without_chain()?;
-    let free = solution.estimate.parameters.free_columns();
-    let inner = solution.linearisation.spectrum.cofactor();
-    if let (Some(model), Some(factor)) = (problem.chain, &solution.linearisation.factor) {
-        let columns = solution.estimate.parameters.columns();
-        let mut backward = Backward::new(model, factor, &free, columns, &inner);
-        let windows = windows(model);
-        for (done, batch) in windows.rchunks(BATCH).enumerate() {
-            problem.counted(done * BATCH, windows.len());
-            let covariances: Vec<_> = batch
-                .iter()
-                .rev()
-                .map(|window| backward.window(window.clone()))
-                .collect();
-            let parts: Result<Vec<_>, _> = covariances
-                .par_iter()
-                .map(|window| judge.window(window))
-                .collect();
-            parts?.into_iter().for_each(|part| sum.merge(part, keep));
-        }
-    }
+    each_window(
+        problem,
+        solution,
+        |window| judge.window(window),
+        |part| sum.merge(part, keep),
+    )?;
     sum.cut(keep);
     for group in sum.groups.iter_mut().chain(&mut sum.cells) {
         group.omega /= group.kept(solution.kernel);

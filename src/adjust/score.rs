@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::chain::ChainState;
 use super::condition::{Conditions, MAX_COLUMNS, Row};
 use super::error::AdjustError;
-use super::linearise::linearise;
+use super::linearise::{Keep, linearise};
 use super::parameters::{Block, Component, ParameterSet};
 use super::pass::Weighting;
 use super::problem::{Estimate, Problem};
@@ -151,7 +151,7 @@ pub fn score_tests(
         .for_each(|(source, extended)| source.conditions = extended);
     let at = with_suspects(&solution.estimate, suspects)?;
     let weighting = Weighting::Kernel(solution.kernel);
-    let reduced = linearise(&wider, &at, weighting, None)?.reduced;
+    let reduced = linearise(&wider, &at, weighting, Keep::Nothing)?.reduced;
     let mut estimated = at.parameters.free_columns();
     estimated.truncate(estimated.partition_point(|column| *column < first));
     let system = (&reduced.information(), &reduced.gradient());

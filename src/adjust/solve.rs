@@ -2,12 +2,12 @@
 
 use nalgebra::DMatrix;
 
+use super::block::ChainFactor;
 use super::chain::ChainState;
 use super::curvature::{LARGEST_BEND, REACH, curvature};
 use super::error::AdjustError;
-use super::factor::Factor;
 use super::kernel::Kernel;
-use super::linearise::{Linearisation, linearise};
+use super::linearise::{Keep, Linearisation, linearise};
 use super::mestimate::with_robust_covariance;
 use super::options::{Bending, IterationRecord, Options, Status};
 use super::partition::check_intervals;
@@ -113,7 +113,8 @@ impl<'a> Iteration<'a> {
             parameters: start.parameters,
             chain,
         };
-        let linearisation = linearise(problem, &here, Weighting::Kernel(options.kernel), None)?;
+        let weighting = Weighting::Kernel(options.kernel);
+        let linearisation = linearise(problem, &here, weighting, Keep::Factor(None))?;
         let metric = linearisation.reduced.lengths();
         let (damping, growth, records) = (options.initial_damping, 2.0, Vec::new());
         Ok(Iteration {
@@ -146,7 +147,7 @@ impl<'a> Iteration<'a> {
             self.problem,
             &trial,
             Weighting::Kernel(self.options.kernel),
-            recycled,
+            Keep::Factor(recycled),
         ) {
             Ok(there) if self.improves(&step, there.cost) => self.accept(&step, trial, there),
             Ok(there) => self.reject(&step, there.cost, there.factor),
@@ -160,7 +161,7 @@ impl<'a> Iteration<'a> {
         let spectrum = self.linearisation.reduced.spectrum(&self.metric)?;
         let free = spectrum.step(self.damping);
         let states = match (self.problem.chain, &self.linearisation.factor) {
-            (Some(model), Some(factor)) => factor.back_substitute(model, &free),
+            (Some(model), Some(factor)) => factor.back_substitute(model, &free)?,
             _ => Vec::new(),
         };
         let promise = spectrum.promise(self.damping) + self.linearisation.state_promise;
@@ -350,7 +351,7 @@ impl<'a> Iteration<'a> {
         &mut self,
         step: &Step,
         cost: f64,
-        recycled: Option<Factor>,
+        recycled: Option<ChainFactor>,
     ) -> Result<(), AdjustError> {
         self.record(step, cost, false);
         self.damping *= self.growth;
@@ -361,7 +362,7 @@ impl<'a> Iteration<'a> {
                 self.problem,
                 &self.here,
                 Weighting::Kernel(self.options.kernel),
-                recycled,
+                Keep::Factor(recycled),
             )?;
         }
         Ok(())
