@@ -17,7 +17,7 @@ impl Default for Large {
     fn default() -> Self {
         Large {
             block_records: 65_536,
-            factor_memory: 4 << 30,
+            factor_memory: 4_096_000_000,
             spill: None,
         }
     }

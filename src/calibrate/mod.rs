@@ -6,6 +6,7 @@ pub mod compare;
 pub mod conventions;
 pub mod driver;
 pub mod grid;
+pub mod large;
 pub mod metric;
 pub mod planning;
 pub mod quality;

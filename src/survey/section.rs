@@ -7,7 +7,7 @@
 /// effect.
 ///
 /// What comes of it: the struct with serde both ways (unknown keys refused), `KEYS` for the reader's check, the template and the page of
-/// keys. A last entry `aside` is a field that no file has: another section of the file fills it. With `#[settings]` before the struct, where every key has a default, also [`Default`].
+/// keys. A last entry `aside`, or several, is a field that no file has: another section of the file fills it. With `#[settings]` before the struct, where every key has a default, also [`Default`].
 macro_rules! section {
     (
         #[settings]
@@ -25,7 +25,7 @@ macro_rules! section {
                 $(#[serde($($serde:tt)*)])?
                 $field:ident: $type:ty = $rule:ident $(($default:expr))?, $kind:expr;
             )*
-            $(aside $(#[doc = $about:literal])+ $aside:ident: $of:ty = $start:expr;)?
+            $(aside $(#[doc = $about:literal])+ $aside:ident: $of:ty = $start:expr;)*
         }
     ) => {
         $(#[$meta])*
@@ -40,7 +40,7 @@ macro_rules! section {
                 $(#[doc = $about])+
                 #[serde(skip)]
                 pub $aside: $of,
-            )?
+            )*
         }
 
         impl $name {
@@ -68,7 +68,7 @@ macro_rules! section {
                     $($field: $crate::survey::section::section!(
                         @value given.$field, stringify!($field), $rule $(($default))?
                     ),)*
-                    $($aside: $start,)?
+                    $($aside: $start,)*
                 })
             }
         }
@@ -79,11 +79,11 @@ macro_rules! section {
             $(#[serde($($serde:tt)*)])?
             $field:ident: $type:ty = or ($default:expr), $kind:expr;
         )*
-        $(aside $(#[doc = $about:literal])+ $aside:ident: $of:ty = $start:expr;)?
+        $(aside $(#[doc = $about:literal])+ $aside:ident: $of:ty = $start:expr;)*
     }) => {
         impl Default for $name {
             fn default() -> Self {
-                Self { $($field: $default,)* $($aside: $start,)? }
+                Self { $($field: $default,)* $($aside: $start,)* }
             }
         }
     };

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::survey::keys::{PARAMETERS, SIGMA_DEG, SIGMA_M};
+use crate::adjust::Large;
 pub use crate::calibrate::choices::KernelName;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::survey::limits::{ABOVE, GATE, KERNEL, WIDTH, limits};
@@ -130,5 +131,8 @@ section! {
         aside
         /// Limits of the verdict: the `[verdict]` section of a survey file.
         verdict: VerdictConfig = VerdictConfig::default();
+        aside
+        /// How a long trajectory is worked on: the `[large]` section of a survey file.
+        large: Large = Large::default();
     }
 }

@@ -1,7 +1,7 @@
 //! What steers the rail calibration: the `[reference]` and `[joint]` sections of a survey file.
 
 use super::survey::keys::COUNT;
-use crate::adjust::Options;
+use crate::adjust::{Large, Options};
 use crate::calibrate::choices::KernelName;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::survey::limits::{GATE, KERNEL, WIDTH, limits};
@@ -46,6 +46,9 @@ section! {
         aside
         /// Limits of the verdict: the `[verdict]` section of a survey file.
         verdict: VerdictConfig = VerdictConfig::default();
+        aside
+        /// How a long trajectory is worked on: the `[large]` section of a survey file.
+        large: Large = Large::default();
     }
 }
 

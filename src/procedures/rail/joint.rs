@@ -264,7 +264,9 @@ impl Model for Path<'_> {
         if !self.recorded.is_empty() {
             sources.push(Source::new(&attitude));
         }
-        then(&Problem::with_chain(sources, &self.chain))
+        let mut problem = Problem::with_chain(sources, &self.chain);
+        problem.large = self.config.large.clone();
+        then(&problem)
     }
 
     fn judge(

@@ -72,6 +72,7 @@ fn with_problem<T>(
         Some(chain) if as_states => Problem::with_chain(sources, chain),
         _ => Problem::dense(sources),
     };
+    problem.large = config.large.clone();
     problem.components = parts.map(|part| 1.0 / part).to_vec();
     Ok(then(&problem))
 }

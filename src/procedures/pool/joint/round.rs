@@ -246,10 +246,11 @@ impl Frame<'_> {
         if self.config.planes == Planes::Adjusted {
             sources.push(Source::new(&returns));
         }
-        let problem = match &self.epochs.chain {
+        let mut problem = match &self.epochs.chain {
             Some(chain) if self.has_states() => Problem::with_chain(sources, chain),
             _ => Problem::dense(sources),
         };
+        problem.large = self.config.large.clone();
         then(&problem)
     }
 }

@@ -7,6 +7,7 @@ use super::keys::{
     COORDINATE, LEVER_ARM, PROCEDURES, RANGE_SIGMA_M, SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M,
     SIGMA_M_OR_NONE,
 };
+use crate::calibrate::large::LargeConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
@@ -44,6 +45,9 @@ section! {
         joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
         /// Limits of the verdict, and findings that the surveyor accepts.
         verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
+        /// Surveys with long trajectories.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        large: Option<LargeConfig> = or (None), Kind::Table(LargeConfig::KEYS);
     }
 }
 

@@ -102,6 +102,9 @@ pub fn parse_survey(
     none_of(rules::survey_problems(&document, folder))?;
     let mut file: SurveyFile = typed(path, text)?;
     file.joint.verdict = file.verdict.clone();
+    if let Some(large) = &file.large {
+        file.joint.large = large.engine(path);
+    }
     Ok(file)
 }
 

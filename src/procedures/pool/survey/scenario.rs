@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::calibrate::large::LargeConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::FormatError;
 use crate::formats::error::read_text;
@@ -30,7 +31,7 @@ pub struct ScenarioFile {
     pub lidar: String,
     /// Name of the soundings file to write: `.csv`.
     pub multibeam: String,
-    /// The sections `[sequential]`, `[joint]` and `[verdict]`, handed on to the survey file as they are.
+    /// The sections `[sequential]`, `[joint]`, `[verdict]` and `[large]`, handed on to the survey file as they are.
     pub calibration: toml::Table,
 }
 
@@ -67,7 +68,7 @@ pub fn from_text(file: &Path, text: &str) -> Result<ScenarioFile, ScenarioError>
 
 section! {
     #[settings]
-    /// The sections `[sequential]`, `[joint]` and `[verdict]` with every default.
+    /// The sections `[sequential]`, `[joint]`, `[verdict]` and `[large]` with every default.
     #[derive(Clone, Debug, PartialEq)]
     pub struct Calibration {
         /// The reference path.
@@ -76,6 +77,9 @@ section! {
         joint: JointConfig = or (JointConfig::default()), Kind::Table(JointConfig::KEYS);
         /// Limits of the verdict, and findings that the surveyor accepts.
         verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
+        /// Surveys with long trajectories.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        large: Option<LargeConfig> = or (None), Kind::Table(LargeConfig::KEYS);
     }
 }
 
@@ -88,6 +92,9 @@ impl ScenarioFile {
         let mut found: Calibration = toml::from_str(&self.calibration.to_string())
             .map_err(|e| ScenarioError::one(file, e.message().to_owned()))?;
         found.joint.verdict = found.verdict.clone();
+        if let Some(large) = &found.large {
+            found.joint.large = large.engine(file);
+        }
         Ok(found)
     }
 }
@@ -130,7 +137,7 @@ fn paths_out(paths: &[(&str, Option<&str>)]) -> Vec<String> {
 }
 
 /// Sections that are handed on to the survey file.
-const OF_CALIBRATION: &[&str] = &["sequential", "joint", "verdict"];
+const OF_CALIBRATION: &[&str] = &["sequential", "joint", "verdict", "large"];
 
 fn parse(
     file: &Path,

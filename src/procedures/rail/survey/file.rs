@@ -3,6 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::keys::{NAMES, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE};
+use crate::calibrate::large::LargeConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::observe::{AttitudeNoise, Profiler, Stand};
 use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
@@ -36,6 +37,9 @@ section! {
         joint: RailJointConfig = or (RailJointConfig::default()), Kind::Table(RailJointConfig::KEYS);
         /// Limits of the verdict, and findings that the surveyor accepts.
         verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
+        /// Surveys with long trajectories.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        large: Option<LargeConfig> = or (None), Kind::Table(LargeConfig::KEYS);
     }
 }
 

@@ -1,6 +1,7 @@
 //! The keys of a rail survey file, of a rail model file, and of a rail scenario file, with their limits.
 
 use super::file::{ProfilerSection, RailSection, TableSection};
+use crate::calibrate::large::LargeConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
 use crate::survey::limits::{Limits, TURN, limits};
@@ -118,4 +119,5 @@ pub(super) const SCENARIO: &[Key] = &[
     optional("reference", Kind::Table(RailReferenceConfig::KEYS)),
     optional("joint", Kind::Table(RailJointConfig::KEYS)),
     optional("verdict", Kind::Table(VerdictConfig::KEYS)),
+    optional("large", Kind::Table(LargeConfig::KEYS)),
 ];

@@ -117,6 +117,9 @@ pub fn parse_survey(
     none_of(problems)?;
     let mut file: RailSurveyFile = typed(path, text)?;
     file.joint.verdict = file.verdict.clone();
+    if let Some(large) = &file.large {
+        file.joint.large = large.engine(path);
+    }
     none_of(same_names(
         &document,
         file.profiler.iter().map(|p| p.name.as_str()),

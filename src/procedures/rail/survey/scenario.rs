@@ -1,5 +1,6 @@
 //! Rail scenario files.
 
+use crate::calibrate::large::LargeConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use std::path::Path;
 
@@ -25,7 +26,7 @@ pub struct RailScenarioFile {
     pub model: RailModel,
     /// The rail.
     pub rail: RailProfile,
-    /// The sections `[reference]`, `[joint]` and `[verdict]`, handed on to the survey file.
+    /// The sections `[reference]`, `[joint]`, `[verdict]` and `[large]`, handed on to the survey file.
     pub calibration: toml::Table,
 }
 
@@ -44,9 +45,11 @@ impl RailScenarioFile {
             reference: RailReferenceConfig,
             joint: RailJointConfig,
             verdict: VerdictConfig,
+            large: LargeConfig,
         }
         let mut found: Sections = typed(path, &self.calibration.to_string())?;
         found.joint.verdict = found.verdict;
+        found.joint.large = found.large.engine(path);
         Ok((found.reference, found.joint))
     }
 }
@@ -72,7 +75,7 @@ pub fn parse_scenario(
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
     none_of(schema::check(&document, keys::SCENARIO))?;
     let mut table: toml::Table = typed(path, text)?;
-    let calibration = ["reference", "joint", "verdict"]
+    let calibration = ["reference", "joint", "verdict", "large"]
         .into_iter()
         .filter_map(|key| Some((key.to_owned(), table.remove(key)?)));
     let calibration = calibration.collect();
