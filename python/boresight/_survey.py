@@ -54,7 +54,7 @@ class Survey:
     :func:`read_survey` reads one of any procedure from files. This constructor makes one of the procedure ``pool`` from arrays: a
     multibeam against a target that a laser scanner sees too.
 
-    ``config`` holds the sections ``sequential``, ``joint`` and ``verdict`` of a survey file. Everything that is wrong comes in one
+    ``config`` holds the sections ``sequential``, ``joint``, ``verdict`` and ``large`` of a survey file. Everything that is wrong comes in one
     :exc:`InputError`.
     """
 
@@ -83,7 +83,7 @@ class Survey:
         keys["trajectory"] |= {"max_gap_s": float(max_gap_s), "outside": outside}
         for section, values in (config or {}).items():
             if section in keys:
-                known = "sequential, joint or verdict"
+                known = "sequential, joint, verdict or large"
                 raise InputError.of([Fault("config", section, "a section that has an argument of its own", known)])
             keys[section] = values
         columns = _columns(trajectory, laser, soundings) | _speed(sound_speed)

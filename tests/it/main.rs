@@ -30,6 +30,7 @@ mod formats;
 #[cfg(feature = "cli")]
 mod hostile;
 mod joint_derivatives;
+mod large;
 mod layers;
 mod laz;
 #[cfg(feature = "cli")]
