@@ -206,7 +206,7 @@ fn pairs(k: usize, path: &PathBudget, names: &[String]) -> Vec<Pair> {
             source: analytic.source.clone(),
             trials: found.usable,
             ratio: ratios(names, of_trials.as_deref(), of_analysis.as_deref(), total),
-            note: "a source that small moves the result by single ties at the edges of faces, or by a bias of second order: \
+            note: "so small a source moves the result by single ties at the edges of faces, or by a bias of second order: \
                    docs/error-budget-theory.md"
                 .to_owned(),
         });

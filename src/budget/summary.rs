@@ -136,11 +136,11 @@ fn association_described() -> SourceDescription {
     SourceDescription {
         source: ASSOCIATION.to_owned(),
         title: "association errors".to_owned(),
-        description: "points on a face that they did not strike: what the other sources together do to the ties"
+        description: "points tied to a face that they did not hit: what the other sources together do to the ties"
             .to_owned(),
         size: [].into(),
         default: [].into(),
-        reference: "the simulation, which knows what each point struck".to_owned(),
+        reference: "the simulation, which knows what each point hit".to_owned(),
     }
 }
 

@@ -31,7 +31,7 @@ const AFTER: &str = "\
 EXAMPLES
   boresight demo                   simulate, calibrate, report: no input needed
   boresight template pool          a survey file to fill in
-  boresight check survey.toml      is all readable, what will it determine?
+  boresight check survey.toml      is it readable, and what will it determine?
   boresight calibrate survey.toml  calibrate your own data by both paths
   boresight calibrate survey.toml --export sis
                                    and a card of the values for Kongsberg SIS
@@ -98,8 +98,8 @@ EXAMPLES
       --only-trials --out part-$ID
   and then, on any one machine, what a single run of 10000 would have given:
     boresight budget scenario.toml --join part-* --out all
-  Parts take the same --vary as the joining; --single as large as --trials in
-  every part, or in the part of the first seeds alone.
+  Say the same --vary for the parts and for the joining; --single is as large
+  as --trials in every part, or given only in the part of the first seeds.
 
 KEYS OF --vary
   A dotted path in the scenario file, in its units:
@@ -125,11 +125,12 @@ EXIT CODES
 
 const PLAN_AFTER: &str = "\
 HOW IT WORKS
-  Every candidate is simulated without errors and linearised once: what it would
-  tell of angles, lever arm, planes and scanner. What the passes tell is added,
-  what is known before counts once. That gives the standard deviations after any
-  set of passes, without a single observation. The next pass is always the one
-  that makes the criterion smallest.
+  Every candidate is simulated without errors and linearised once. That gives
+  what it would tell of angles, lever arm, planes and scanner. The information
+  of the passes is added up; what is known before is counted once. So the
+  standard deviations after any set of passes follow without a single
+  observation. The next pass is always the one that makes the criterion
+  smallest.
 
   Unless candidates are named, it tries half the nearest distance to twice the
   farthest, the speeds of the passes and half of them, 10 deg more and less of
@@ -218,7 +219,7 @@ pub enum Command {
     Demo(Demo),
     /// Calibrate a survey
     #[command(
-        long_about = "Run the calibration that the survey file names and write result.json, report.html and parameters.csv, which begin with the values to enter.\n\n\
+        long_about = "Run the calibration that the survey file names and write result.json, report.html and parameters.csv, all of which begin with the values to enter.\n\n\
         With --method both (the default) the joint path decides whether the result is usable; the reference path is compared with it."
     )]
     #[command(
@@ -259,10 +260,10 @@ pub enum Command {
     /// Read and validate a survey, and say what its geometry can and cannot determine
     #[command(
         long_about = "Read and validate everything that a survey names: counts, times, what lies on the target, the standard \
-        deviations to expect, and advice on what would make them smaller. Solves nothing and writes nothing."
+        deviations to expect, and advice on what would make them smaller. Writes nothing."
     )]
     Check(Check),
-    /// What a recorder's files hold: device, streams, times, installation, what is missing for a calibration
+    /// What recorder files hold: device, streams, times, installation, and what is missing for a calibration
     #[command(
         long_about = "Read files of recorders (Kongsberg .all and .kmall, Teledyne .s7k, XTF, GSF, NovAtel logs, POS MV groups, SBET) and say \
         what they hold: device, streams with counts and time spans, the installation record in this program's axes, what the recorder \
@@ -273,7 +274,7 @@ pub enum Command {
         EXIT CODES\n  0 read, also where much was lost (it is counted), 2 a file that cannot be read or is of no known format"
     )]
     Info(Info),
-    /// Find out which error source costs how much of which parameter, by which path
+    /// Find out how much each error source costs each parameter, by either path
     #[command(
         long_about = "Without --trials: propagate every error source of a scenario through the derivatives of both paths: bias, \
         standard deviation and share of variance of each parameter, the Cramer-Rao bound and each path's efficiency. \
@@ -282,8 +283,8 @@ pub enum Command {
         with the propagation: bias and standard deviation by the joint path, the reference path and its projected variant; each \
         source alone (--single); whether the reported sigmas are right; how all of that changes with one or two scenario \
         values (--vary).\n\n\
-        Trials are independent, use all cores and need no files but a ledger of one line each. All sets of trials use the same \
-        seeds, so that differences between them are not noise. No trial is left out: one without a usable result is counted with \
+        Trials are independent, use all cores and keep one line each in a ledger. All sets of trials use the same seeds, so that \
+        differences between them are not noise. No trial is left out: one without a usable result is counted with \
         its reason.",
         after_long_help = BUDGET_AFTER
     )]
@@ -444,7 +445,7 @@ impl From<MethodName> for Method {
 /// `simulate`.
 #[derive(Debug, Args)]
 pub struct Simulate {
-    /// Scenario file; demo, demo-usbl, demo-rail, demo-seabed: the built-in one, written beside OUT as scenario.toml to be changed
+    /// Scenario file; demo, demo-usbl, demo-rail, demo-seabed: the built-in one, written beside OUT as scenario.toml for you to change
     #[arg(value_name = "SCENARIO.toml", value_hint = ValueHint::FilePath)]
     pub scenario: PathBuf,
     /// Folder to write into
@@ -549,7 +550,7 @@ pub struct Budget {
     /// twice
     #[arg(long, value_name = "KEY=VALUES")]
     pub vary: Vec<Vary>,
-    /// Errors that would do, in the units of the tables (deg, mm, ms, ppm): the answer says whether they are reached, and with --vary
+    /// Errors that are good enough, in the units of the tables (deg, mm, ms, ppm): the answer says whether they are reached, and with --vary
     /// at which values
     #[arg(long, value_name = "NAME=VALUE,...", value_delimiter = ',', value_parser = goal, conflicts_with = "only_trials")]
     pub wanted: Vec<(String, f64)>,
@@ -594,11 +595,11 @@ pub struct Plan {
     /// What the next pass should make smallest
     #[arg(long, value_enum, default_value_t = CriterionName::D)]
     pub criterion: CriterionName,
-    /// Standard deviations wanted, degrees and millimetres; those not named as by default
+    /// Standard deviations wanted, degrees and millimetres; those not named keep their default
     /// [default: pitch=0.015,roll=0.015,yaw=0.015,lx=1.2,ly=1.2,lz=1.2, the best published]
     #[arg(long, value_name = "NAME=VALUE,...", value_delimiter = ',', value_parser = goal)]
     pub wanted: Vec<(String, f64)>,
-    /// Passes to add at the most
+    /// Most passes to add
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub most: u16,
     /// A scenario value over a range, KEY=from:to:step or KEY=a,b,c, as in budget: its passes' prediction at each; once or twice

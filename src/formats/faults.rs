@@ -100,7 +100,7 @@ impl Faults {
         let noun = if faulty == 1 { "row" } else { "rows" };
         let mut found = format!("{faulty} faulty {noun} of {rows}");
         if shown < faulty {
-            found.push_str(&format!(", of which these are the first {shown}"));
+            found.push_str(&format!("; these are the first {shown}"));
         }
         let share = 100.0 * MAX_DROPPED;
         let expected = match (droppable, invalid) {
@@ -163,7 +163,7 @@ mod tests {
         let lines: Vec<&str> = said.lines().collect();
         assert_eq!(lines.len(), 4, "{said}");
         assert!(lines[2].starts_with("some.csv: line 30, column x_m: found \"NaN\""));
-        assert!(lines[3].contains("7 faulty rows of 1000, of which these are the first 3"));
+        assert!(lines[3].contains("7 faulty rows of 1000; these are the first 3"));
         assert!(lines[3].contains("invalid = \"drop\""), "{said}");
         let whole = met(1000, 7).end(None).expect_err("faulty").to_string();
         assert!(!whole.contains("drop"), "{whole}");

@@ -340,7 +340,7 @@ fn predicted_text(result: &BudgetResult, path: &PathBudget) -> String {
         let outside: usize = path.agreement.iter().map(|a| a.outside.len()).sum();
         let _ = writeln!(
             text,
-            "trials' variance by predicted one: {} of {all} ratios within chance ({} comparisons at once)",
+            "variance by trials / predicted variance: {} of {all} ratios within chance ({} comparisons at once)",
             all - outside,
             first.comparisons
         );
@@ -379,7 +379,7 @@ fn efficient(path: &PathBudget, efficiency: f64) -> String {
 fn statistics_table(result: &BudgetResult, s: &PathStatistics) -> String {
     let reported = s.reported.as_ref();
     let sigma = reported.and_then(|r| r.standard_deviation.as_ref());
-    let mut header = vec!["parameter", "bias", "±", "sigma of trials", "RMS"];
+    let mut header = vec!["parameter", "bias", "±", "sigma by trials", "RMS"];
     if reported.is_some() {
         header.extend(["reported", "pull RMS"]);
     }
@@ -486,7 +486,7 @@ fn top_sources(result: &BudgetResult, path: &PathBudget) -> String {
         let chance = 100.0 * (2.0 * (2.0 / (n.max(2) - 1) as f64)).sqrt();
         let _ = writeln!(
             text,
-            "one sigma of a share is {chance:.0} % of it by chance; the remainder has that of all shares together"
+            "by chance alone a share varies by {chance:.0} % of itself (one sigma); the remainder by as much as all shares together"
         );
     }
     if left_out > 0 {

@@ -14,7 +14,7 @@ pub fn headline(result: &BudgetResult) -> String {
     let parts = [answer(result), gain(result), largest(result), truth(result)];
     let text: Vec<String> = parts.into_iter().flatten().collect();
     match text.is_empty() {
-        true => "No figures: neither trials nor analytic propagation.".to_owned(),
+        true => "No figures: there were no trials and no propagation.".to_owned(),
         false => text.join(" "),
     }
 }

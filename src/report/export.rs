@@ -158,7 +158,7 @@ fn other(result: &Calibration, title: &str, software: &str, values: &Card) -> St
     )];
     if let Some(found) = result.verdict.findings.first() {
         let seen = found.seen.trim_end_matches('.');
-        parts.push(wrapped(&format!("To look at before entering: {seen}.")));
+        parts.push(wrapped(&format!("Check before entering: {seen}.")));
     }
     if entries().next().is_none() {
         parts.push("This procedure gives no angles and lever arm of a sonar.".to_owned());

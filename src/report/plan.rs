@@ -140,7 +140,7 @@ fn cell(result: &PlanResult, figures: Option<&Figures>, i: usize) -> String {
 #[must_use]
 pub fn verdict(result: &PlanResult) -> String {
     match (result.passes_needed, result.unreachable.as_slice()) {
-        (Some(0), _) => "What is sailed reaches everything that is wanted.".to_owned(),
+        (Some(0), _) => "The passes sailed already reach everything that is wanted.".to_owned(),
         (Some(1), _) => format!(
             "One more pass reaches everything that is wanted: {}.",
             to_sail(result)
@@ -150,14 +150,14 @@ pub fn verdict(result: &PlanResult) -> String {
             to_sail(result)
         ),
         (None, []) if result.chosen.is_empty() => {
-            "None of the candidates tells anything.".to_owned()
+            "None of the candidates adds any information.".to_owned()
         }
         (None, []) => format!(
-            "{} more passes do not reach what is wanted; --most allows more, or other candidates do better.",
+            "{} more passes do not reach what is wanted; allow more with --most, or try other candidates.",
             result.chosen.len()
         ),
         (None, names) => format!(
-            "No number of these passes reaches what is wanted of {}.",
+            "No number of these passes reaches what is wanted for {}.",
             names
                 .iter()
                 .map(|n| floor_of(result, n))
@@ -204,7 +204,7 @@ fn floor_of(result: &PlanResult, name: &str) -> String {
     };
     let unit = finer(&result.parameters[i].unit).0;
     format!(
-        "{name} (floor {} {unit}, wanted {} {unit})",
+        "{name} (limit {} {unit}, wanted {} {unit})",
         cell(result, Some(floor), i),
         cell(result, Some(&result.wanted), i)
     )

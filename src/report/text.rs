@@ -45,7 +45,7 @@ fn further(findings: &[Finding]) -> String {
         let state = match (finding.accepted, finding.withdraws()) {
             (true, _) => " (accepted)",
             (false, true) => "",
-            (false, false) => " (to look at)",
+            (false, false) => " (worth a look)",
         };
         let text = format!("- {}{state}: {}", finding.code, finding.seen);
         wrapped(&match finding.advice.as_str() {
@@ -69,7 +69,7 @@ fn further(findings: &[Finding]) -> String {
     if let Some(first) = findings.iter().find(takes).filter(|_| !refused) {
         let code = &first.code;
         let how = format!(
-            "A finding that you know and accept: [verdict] accept = [\"{code}\"] in the survey file."
+            "To accept a finding that you know: [verdict] accept = [\"{code}\"] in the survey file."
         );
         lines.push(wrapped(&how));
     }
@@ -214,7 +214,7 @@ fn tests(quality: &Quality) -> String {
     let verdict = match (t.void_because.as_str(), t.passed) {
         ("", true) => "passed".into(),
         ("", false) => "failed".into(),
-        (why, _) => format!("void: {why}"),
+        (why, _) => format!("not valid: {why}"),
     };
     let mut lines = vec![wrapped(&format!(
         "global test: {verdict}; variance factor {:.4}, {:.0} % interval {:.4} to {:.4}, {} degrees of freedom",
@@ -318,7 +318,7 @@ mod tests_of_lines {
         ];
         let text = further(&two);
         assert!(
-            text.contains("- face (to look at): seen; try this"),
+            text.contains("- face (worth a look): seen; try this"),
             "{text}"
         );
         assert!(text.contains("accept = [\"latency\"]"), "{text}");

@@ -108,7 +108,7 @@ fn basis(result: &BudgetResult) -> String {
     let usable = joint.and_then(|p| p.together.as_ref()).map(|t| t.usable);
     let of = |usable: u64| match (trials, usable) {
         (0, _) => String::new(),
-        (_, 0..=1) => format!(" By {usable} usable of {trials} trials, which decides nothing."),
+        (_, 0..=1) => format!(" By {usable} usable of {trials} trials, too few to decide."),
         _ => {
             let one = good_to_percent(usable);
             format!(" By {usable} usable of {trials} trials: a figure is good to {one:.0} %.")

@@ -80,7 +80,7 @@ pub struct Parameter {
     /// What a positive value means; empty where that says nothing.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub positive: String,
-    /// Estimate; `None` when not determined or not sought by this path. For pitch, roll and yaw the mounting angle of a survey file (yaw
+    /// Estimate; `None` when not determined or not estimated by this path. For pitch, roll and yaw the mounting angle of a survey file (yaw
     /// is minus the heading), which does not grow by exactly the correction: rotations do not add.
     pub value: Option<f64>,
     /// The same before the calibration.

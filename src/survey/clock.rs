@@ -158,12 +158,11 @@ fn shifted(trajectory_s: &[f64], time_s: &[f64], lost: &[(usize, Lost)]) -> Opti
     let (late_s, early_s) = (most(&after), most(&before));
     let (off_s, word, end) = match (late_s < OFF_S, early_s < OFF_S) {
         (true, false) => (late_s, "late", "after the end"),
-        (false, true) => (early_s, "early", "before the begin"),
+        (false, true) => (early_s, "early", "before the start"),
         _ => return None,
     };
     Some(format!(
-        "all {} lie up to {off_s:.3} s {end} of a stretch of the trajectory: the sensor's stamps look {word} by {off_s:.3} s or more \
-         (time_offset_s, latency); dropping them would hide it",
+        "all {} lie up to {off_s:.3} s {end} of a stretch of the trajectory: the sensor's time stamps look {word} by {off_s:.3} s or more (time_offset_s, latency); dropping them would hide it",
         lost.len()
     ))
 }

@@ -27,7 +27,7 @@ pub const WIDTH: Limits = limits(0.5, 1000.0, "sigmas from 0.5 to 1000");
 pub const GATE: Limits = limits(
     4.0,
     1000.0,
-    "sigmas from 4 (a narrower gate falsifies the uncertainty) to 1000",
+    "sigmas from 4 (a narrower gate makes the standard deviations too small) to 1000",
 );
 /// A robust kernel's name.
 pub const KERNEL: Kind =

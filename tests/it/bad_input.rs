@@ -210,7 +210,7 @@ const CASES: &[Case] = &[
     ("leap seconds", "csv", |f| replace(f, "survey.toml", "[multibeam]", "[multibeam]\ntime_offset_s = -18"),
         &["multibeam.csv: times: found", "time_offset_s = 18 would bring it inside, which is the leap seconds between GPS and UTC"]),
     ("partly outside", "csv", |f| replace(f, "survey.toml", "[multibeam]", "[multibeam]\ntime_offset_s = 1"),
-        &["multibeam.csv: times: found an observation at ", "outside the trajectory, 1009.900 s to 1012.500 s", "more without a position; all 98 lie up to 0.833 s after the end of a stretch of the trajectory: the sensor's stamps look late by 0.833 s", "expected a position for every observation, or outside = \"drop\""]),
+        &["multibeam.csv: times: found an observation at ", "outside the trajectory, 1009.900 s to 1012.500 s", "more without a position; all 98 lie up to 0.833 s after the end of a stretch of the trajectory: the sensor's time stamps look late by 0.833 s", "expected a position for every observation, or outside = \"drop\""]),
     ("two files at once", "csv", |f| { set(f, "trajectory.csv", 0, 1, "x"); set(f, "multibeam.csv", 0, 5, "y"); truncate(f, "lidar.laz", 3000); },
         &["trajectory.csv: line 2", "multibeam.csv: line 2", "lidar.laz: byte"]),
 ];

@@ -26,7 +26,7 @@ const NAMED: [(&str, &str); 29] = [
     ("sounder-20-ms-late", "latency"),
     (
         "sounder-100-ms-late-three-passes",
-        "the sensor's stamps look late",
+        "the sensor's time stamps look late",
     ),
     ("ranges-0.3-percent-long-three-passes", "range_scale"),
     ("ranges-doubled", "range_doubled"),

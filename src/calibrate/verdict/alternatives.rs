@@ -157,7 +157,7 @@ impl Otherwise {
 
     fn undecided(self) -> Finding {
         let seen = format!(
-            "the survey cannot tell: {} it fits about as well (weighted squares {:.0} {}), and the mounting would be another",
+            "the survey cannot tell: {} it fits about as well (weighted squares {:.0} {}), with a different mounting",
             self.alternative.words,
             self.gain.abs(),
             if self.gain > 0.0 { "less" } else { "more" }

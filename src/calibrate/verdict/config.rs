@@ -62,7 +62,7 @@ section! {
     pub struct VerdictConfig {
         /// Codes of findings that do not take "usable" away.
         accept: Vec<String> = or (vec![]), Kind::Words(CODES);
-        /// Smallest variance factor that is let pass.
+        /// Smallest variance factor that is accepted.
         least_variance_factor: f64 = or (0.75), Kind::Number(VARIANCE);
         /// Largest one.
         most_variance_factor: f64 = or (1.25), Kind::Number(VARIANCE);
@@ -72,9 +72,9 @@ section! {
         max_correction_m: f64 = or (0.5), Kind::Number(limits(ABOVE, 1000.0, "metres above 0 and up to 1000"));
         /// A prior that moves by more of its own standard deviations contradicts the data.
         max_prior_sigmas: f64 = or (5.0), Kind::Number(WIDTH);
-        /// Below this share of its observations a sensor has not been understood.
+        /// Below this share of used observations the result is not usable.
         least_share: f64 = or (0.5), Kind::Number(SHARE);
-        /// Below this share there is something to look at.
+        /// Below this share a finding says so.
         good_share: f64 = or (0.8), Kind::Number(SHARE);
     }
 }

@@ -239,7 +239,7 @@ fn found(
     all
 }
 
-/// Where a parameter hangs on an innocent doubt, the gravest first.
+/// Where a parameter hangs on an innocent doubt, the most serious first.
 fn hanging(
     scores: &Scores,
     doubts: &[Doubt],
@@ -334,12 +334,12 @@ fn untold(score: &Score, doubt: &Doubt, effect: &BTreeMap<String, f64>) -> Optio
     let most = effect.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     most.map(|(name, most)| {
         let seen = format!(
-            "the survey cannot tell whether {}: {:.2} {unit} of it would leave no trace and move {name} by {:.0} sigma",
+            "the survey cannot tell whether {}: {:.2} {unit} of it would leave no trace and would move {name} by {:.0} sigma",
             doubt.what,
             scale * sigma,
             most.abs()
         );
-        let threshold = format!("{HANGS_SIGMAS} sigma by one sigma of what is doubted");
+        let threshold = format!("{HANGS_SIGMAS} sigma for one sigma of the suspected error");
         let severity = Severity::Finding;
         Finding::new(&doubt.code, severity, seen, threshold, doubt.untold.clone())
             .with_effect(effect.clone())

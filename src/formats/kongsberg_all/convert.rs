@@ -252,7 +252,7 @@ impl<'s> Reader<'s> {
         Some(match seen.as_slice() {
             [] => "no raw range and angle datagrams (N) in the file".to_owned(),
             ["D"] => format!(
-                "the {model} wrote corrected depths only (D): no angle and no travel time of a beam can be had from them"
+                "the {model} wrote corrected depths only (D): they hold no angle and no travel time of a beam"
             ),
             kinds => format!(
                 "the {model} wrote the raw ranges of before 2009 ({}), whose layout is not read: no sector tilt and no installation key of the present form goes with it",

@@ -32,7 +32,7 @@ impl<'s> Reader<'s> {
     /// Nothing read yet.
     pub fn new(sink: &'s mut dyn Sink) -> Self {
         let mut summary = Summary::of("s7k");
-        summary.note("the reader of this format was written from its specification and tried on no real file");
+        summary.note("the reader of this format was written from its specification and has not been tried on a real file");
         Self {
             sink,
             summary,

@@ -170,8 +170,9 @@ impl<'s> Reader<'s> {
         let ping = &mut self.ping;
         self.summary.device = format!("R2Sonic {} {}", head.model, head.serial);
         if head.steering_rad.iter().any(|s| s.abs() > 1e-4) {
-            self.summary
-                .note("the projector is steered; the sign of its angle is tried on no real file");
+            self.summary.note(
+                "the projector is steered; the sign of its angle has not been tried on a real file",
+            );
         }
         ping.time_s = f64::from(head.seconds) + 1e-9 * f64::from(head.nanoseconds);
         ping.number = head.ping;

@@ -268,7 +268,7 @@ fn of_ranges(survey: &Survey) -> Vec<Mistake> {
             mistake(
                 "one_way_time",
                 "with the travel times taken as one-way",
-                "these look like one-way travel times: give two-way times",
+                "the travel times look one-way: give two-way times",
                 |s| {
                     scale_ranges(s, 2.0);
                 },
@@ -340,7 +340,7 @@ fn of_axes_and_clocks() -> Vec<Mistake> {
         mistake(
             "target_azimuth",
             "with the azimuth turned by 180 deg",
-            "[target] azimuth_deg turned by 180 deg fits: it is the direction of the +Y axis",
+            "[target] azimuth_deg fits when turned by 180 deg: it is the direction of the +Y axis",
             |s| {
                 s.prior.azimuth_rad += PI;
             },
@@ -348,7 +348,7 @@ fn of_axes_and_clocks() -> Vec<Mistake> {
         mistake(
             "sounder_clock",
             "with the sounder's clock 18 s earlier",
-            "the sounder's stamps look like UTC beside GPS time: set time_offset_s",
+            "the sounder's times look like UTC, the others like GPS time: set time_offset_s",
             |s| {
                 shift(&mut s.campaign.soundings.time_s, -18.0);
             },
@@ -356,7 +356,7 @@ fn of_axes_and_clocks() -> Vec<Mistake> {
         mistake(
             "sounder_clock",
             "with the sounder's clock 18 s later",
-            "the sounder's stamps look like GPS time beside UTC: set time_offset_s",
+            "the sounder's times look like GPS time, the others like UTC: set time_offset_s",
             |s| {
                 shift(&mut s.campaign.soundings.time_s, 18.0);
             },

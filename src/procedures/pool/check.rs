@@ -125,7 +125,7 @@ fn geometry(preview: &Preview) -> String {
     if let Some(refusal) = &preview.refusal {
         let _ = writeln!(text, "A calibration would be refused: {refusal}.");
     } else if preview.advice.is_empty() && preview.mistake.is_none() {
-        text.push_str("Every parameter has the geometry it needs; nothing to advise.\n");
+        text.push_str("The geometry is good enough for every parameter; no advice.\n");
     }
     if let Some(mistake) = &preview.mistake {
         let _ = writeln!(text, "{}", looks_like(mistake));

@@ -110,7 +110,7 @@ section! {
         kernel: KernelName = or (KernelName::Huber), KERNEL;
         /// Width of the kernel in sigmas.
         kernel_width_sigma: f64 = or (2.0), Kind::Number(WIDTH);
-        /// Gate of the association in sigmas; 4 or wider, or the uncertainty becomes a lie.
+        /// Gate of the association in sigmas; 4 or wider, or the standard deviations come out too small.
         gate_sigma: f64 = or (5.0), Kind::Number(GATE);
         /// Estimate the latency of the soundings' time stamps.
         latency: bool = or (false), Kind::Flag;

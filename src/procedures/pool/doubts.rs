@@ -132,27 +132,28 @@ impl<'a> Doubts<'a> {
 
     fn sounder(&mut self, blocks: &Blocks) {
         if blocks.latency.is_none() {
-            let what = "the sounder's stamps look late";
+            let what = "the sounder's time stamps look late";
             let advice = "set [joint] latency = true, or correct [multibeam] time_offset_s";
             self.columns.latency = self.add(Doubt::single("latency", what, Unit::Second, advice));
         }
         if blocks.range_scale.is_none() {
-            let what = "the sounder's ranges want to be longer (range scale, sound speed)";
+            let what = "the sounder's ranges look too short by a scale (sound speed)";
             let advice = "check the sound speed; set [joint] range_scale = true";
             self.columns.range_scale =
                 self.add(Doubt::single("range_scale", what, Unit::One, advice));
         }
-        let what = "the sounder's ranges want to be longer by a constant";
+        let what = "the sounder's ranges look too short by a constant";
         let advice = "check the sounder's range offset (transducer draught, pulse detection)";
         self.columns.range_offset =
             self.add(Doubt::single("range_offset", what, Unit::Metre, advice));
-        let what = "the beam angles want to be wider (sound speed at the transducer)";
+        let what = "the beam angles look too narrow (sound speed at the transducer)";
         let advice = "check the sound speed that the sounder steered its beams with";
         self.columns.angle_scale =
             self.add(Doubt::single("beam_angle_scale", what, Unit::One, advice));
         if self.scene.has_profile() {
-            let what = "ranges want to grow with depth (gradient of the sound speed), per 10 m";
-            let advice = "measure the sound speed profile anew";
+            let what =
+                "the ranges look too short with depth (gradient of the sound speed), per 10 m";
+            let advice = "measure the sound-speed profile again";
             self.columns.gradient = self.add(Doubt::single(
                 "sound_speed_gradient",
                 what,
@@ -166,11 +167,11 @@ impl<'a> Doubts<'a> {
         if !self.scene.laser_uses_trajectory() || self.returns.ties.is_empty() {
             return;
         }
-        let what = "the scanner's stamps look late";
+        let what = "the scanner's time stamps look late";
         let advice = "correct [lidar] time_offset_s";
         self.columns.returns_latency =
             self.add(Doubt::single("laser_latency", what, Unit::Second, advice));
-        let what = "the scanner's ranges want to be longer by a constant";
+        let what = "the scanner's ranges look too short by a constant";
         let advice = "check the scanner's range offset";
         self.columns.returns_range = self.add(Doubt::single(
             "laser_range_offset",
@@ -197,21 +198,21 @@ impl<'a> Doubts<'a> {
             "roll by pitch",
             "pitch by roll",
         ];
-        let what = "roll and pitch do not turn the boat as they say";
+        let what = "the recorded roll and pitch do not match the boat's motion";
         let advice = "check signs, order and unit of roll and pitch, and the axes of the motion sensor (-200 % is a wrong sign, \
                       -100 % with +100 % of the other an exchange)";
         let components = scales.map(|name| Component::new(name, Unit::One)).to_vec();
         self.columns.attitude =
             self.add(Doubt::several("attitude_scale", what, components, advice));
         let level = ["about east of the target", "about north of the target"];
-        let what = "the attitude leans against the world";
+        let what = "the attitude is not level";
         let advice = "check the motion sensor's level";
         let components = level
             .map(|name| Component::new(name, Unit::Radian))
             .to_vec();
         self.columns.level = self.add(Doubt::several("attitude_offset", what, components, advice));
         // by itself: beside five others a wrong heading, or a scanner turned by as much, goes unheard
-        let what = "the heading is turned against the world, or the scanner in the boat (counter-clockwise)";
+        let what = "the heading is off, or the scanner is turned on the boat (counter-clockwise)";
         let advice = "check the heading (grid or magnetic instead of true, [target] azimuth_deg), and the heading of [lidar] mounting_deg";
         let doubt = Doubt::single("heading_offset", what, Unit::Radian, advice)
             .withdrawing_beyond(CERTAIN_HEADING);
@@ -228,12 +229,13 @@ impl<'a> Doubts<'a> {
         let first = usize::from(count == 2);
         for pass in first..count {
             let number = pass + 1;
-            let what = format!("the sounder sits otherwise in pass {number} than in the others");
-            let advice = "the pole or the transducer has moved: look at its mount, and calibrate the passes before and after by themselves";
+            let what = format!("the sounder is mounted differently in pass {number}");
+            let advice = "the pole or the transducer has moved: look at its mount, and calibrate the passes before and after it separately";
             let code = "mounting_of_pass";
             let doubt = Doubt::several(code, &what, mounting_components(), advice);
             self.columns.mounting[pass] = self.add(doubt);
-            let what = format!("the boat's position jumps in pass {number} against the others");
+            let what =
+                format!("the boat's position in pass {number} is offset from the other passes");
             let advice =
                 "check the position's fix type and datum, and [trajectory] position_drift_sigma_m";
             let axes = ["away from the boat", "along the wall", "up"];
@@ -261,7 +263,7 @@ impl<'a> Doubts<'a> {
             if plane.is_none_or(|plane| plane.offset.is_some()) || alone || few {
                 continue;
             }
-            let what = format!("face {} stands off its plane", target.faces[face].name);
+            let what = format!("face {} does not lie in its plane", target.faces[face].name);
             let advice = "survey the target again, or give the faces a tolerance (coplanarity_sigma_m, height_sigma_m)";
             self.columns.face[face] =
                 self.add(Doubt::single("face_offset", &what, Unit::Metre, advice));
@@ -371,7 +373,7 @@ fn push_three(first: Option<usize>, values: &Vector3<f64>, push: &mut dyn FnMut(
 fn signs(stated: &Matrix3<f64>) -> Vec<(Alternative, Vec<f64>)> {
     let (roll, pitch, heading) = to_attitude(stated);
     let advice = "check the signs of [lidar] mounting_deg: roll is positive starboard down, pitch bow up, heading clockwise; \
-                  mounting_sigma_deg lets the survey have a say";
+                  with mounting_sigma_deg the survey estimates them too";
     let reversed = |code, axis, to: Matrix3<f64>| {
         let words = format!("with the sign of the scanner's {axis} reversed");
         let turn: Matrix3<f64> = to * stated.transpose();

@@ -258,14 +258,14 @@ fn advice(
         advice.push(sentence);
     }
     if !level && !held("lz") && joint.prior.lz_sigma_m.is_none() {
-        advice.push("no horizontal face is seen by both sensors: the vertical lever arm is lost; measure it and give [joint] hold = [\"lz\"] or \
+        advice.push("no horizontal face is seen by both sensors: the vertical lever arm is not determined; measure it and give [joint] hold = [\"lz\"] or \
             prior = { lz_sigma_m = ... }".to_owned());
     }
     if campaign.scanner_sigma.is_none() {
-        advice.push("[lidar] gives no mounting_sigma_deg and lever_arm_sigma_m: every standard deviation is conditional on an error-free scanner".to_owned());
+        advice.push("[lidar] gives no mounting_sigma_deg and lever_arm_sigma_m: the standard deviations hold only if the scanner has no error".to_owned());
     }
     if joint.latency {
-        advice.push("latency is asked for: it is determined by the boat's motion only; pass at different speeds or with some swell".to_owned());
+        advice.push("latency is to be estimated: only the boat's motion determines it; pass at different speeds or with some swell".to_owned());
     }
     advice
 }
@@ -289,8 +289,7 @@ fn inclined_advice(
              along-track and the vertical lever arm{figures}; such a survey is refused. Blocks with inclined and horizontal faces are needed"
         )),
         ((false, false), true) => Some(
-            "no inclined face (P1, P3) is seen by both sensors: wall and horizontal faces alone do not look along the track, so yaw and the \
-             along-track lever arm are lost"
+            "no inclined face (P1, P3) is seen by both sensors: no face looks along the track, so yaw and the along-track lever arm are not determined"
                 .to_owned(),
         ),
         ((found, _), _) => {
@@ -329,7 +328,7 @@ fn distance_advice(
     ));
     if joint.range_scale {
         advice.push(
-            "range_scale is asked for: at one distance it is tied to the off-wall lever arm"
+            "range_scale is to be estimated: at one distance it cannot be separated from the off-wall lever arm"
                 .to_owned(),
         );
     }

@@ -82,7 +82,7 @@ impl Reason {
             Self::Obstacle => "on an obstacle",
             Self::Unseen => "on a plane that the scanner did not see",
             Self::GrossError => "gross error",
-            Self::StruckOther => "struck another surface",
+            Self::StruckOther => "hit another surface",
             Self::NotLookedAt => "not looked at",
         }
     }

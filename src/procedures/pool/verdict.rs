@@ -112,8 +112,7 @@ impl fmt::Display for Refusal {
             Self::ScannerDisagrees(d) => write!(
                 f,
                 "the scanner's planes disagree between its {} passes: {} differs by {:.1} mm where trajectory drift and the stated \
-                 uncertainty of the scanner explain {:.1} mm (one sigma); the scanner is not calibrated after all, or the \
-                 trajectory is worse than stated",
+                 uncertainty of the scanner explain {:.1} mm (one sigma); either the scanner is not calibrated, or the trajectory is worse than stated",
                 d.passes,
                 d.group,
                 1e3 * d.apart_m,
@@ -364,7 +363,7 @@ pub fn undetermined_by(
             ));
         } else if uncovered[i] {
             names.push(format!(
-                "{name} (no face that was hit faces that direction: only the boat's motion would determine it)"
+                "{name} (none of the faces that were hit looks that way: only the boat's motion would determine it)"
             ));
         }
     }

@@ -33,7 +33,7 @@ section! {
         kernel: KernelName = or (KernelName::Tukey), KERNEL;
         /// Width of the kernel in sigmas.
         kernel_width_sigma: f64 = or (4.685), Kind::Number(WIDTH);
-        /// Gate of the association in sigmas; 4 or wider, or the uncertainty becomes a lie.
+        /// Gate of the association in sigmas; 4 or wider, or the standard deviations come out too small.
         gate_sigma: f64 = or (5.0), Kind::Number(GATE);
         /// Rounds of association at the most.
         max_rounds: u32 = or (40), Kind::Count(limits(3.0, 1000.0, "3 to 1000"));

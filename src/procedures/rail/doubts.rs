@@ -45,14 +45,14 @@ impl<'a> Doubts<'a> {
     ) -> Self {
         let gap = Doubt::single(
             "axes_gap",
-            "the table's lateral axis lies before its vertical one",
+            "the table's lateral axis lies in front of its vertical one",
             Unit::Metre,
             "state how well the table's axes meet ([table] axes_gap_sigma_m), or use a table whose axes meet",
         );
         let axes = ["about x", "about y", "heading"].map(|name| Component::new(name, Unit::Radian));
         let ins = Doubt::several(
             "ins_attitude",
-            "the INS stands turned against the table",
+            "the INS is turned against the table",
             axes.to_vec(),
             "check the INS' heading (alignment, grid or magnetic north), the table's zero and the seat of the beam",
         );
@@ -86,10 +86,10 @@ impl<'a> Doubts<'a> {
                 continue;
             }
             let what = format!(
-                "the rail's {} stands off its model",
+                "the rail's {} does not follow its model",
                 self.scene.rail.names[element]
             );
-            let advice = "the rail is worn or another one: clean it, use a new one, or state [rail] profile_sigma_m";
+            let advice = "the rail is worn or of another type: clean it, use a new one, or state [rail] profile_sigma_m";
             let doubt = Doubt::single("rail_element", &what, Unit::Metre, advice);
             self.elements[element] = Some(append(&mut self.list, doubt));
         }

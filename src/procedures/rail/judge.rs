@@ -121,7 +121,7 @@ impl Case<'_> {
         }
         Finding {
             code: "rail_element".to_owned(),
-            advice: "the rail differs from its model there: worn, dirty or another one; use a good rail, or state [rail] profile_sigma_m"
+            advice: "the rail differs from its model there: worn, dirty or of another type; use a good rail, or state [rail] profile_sigma_m"
                 .to_owned(),
             ..finding
         }
@@ -181,7 +181,7 @@ impl Case<'_> {
                 code: "rail_element",
                 name: format!("the points of {profiler} on the rail's {element}"),
                 test: FitTest::of(cell, kernel),
-                advice: "the rail is worn, dirty, or another one there".to_owned(),
+                advice: "the rail is worn or dirty there, or of another type".to_owned(),
                 strict: false,
             })
         }));

@@ -143,15 +143,15 @@ fn of_line(name: &str) -> Vec<Doubt> {
     let angle = |(angle, _, _, sense): (&str, states::Component, f64, &str)| {
         Doubt::single(
             &format!("{angle}_of_line"),
-            &format!("the {angle} of line {name} wants to be another than on the other lines ({sense})"),
+            &format!("the {angle} of line {name} differs from that of the other lines ({sense})"),
             Unit::Radian,
-            &format!("look whether the sounder or the INS has moved before or during line {name}, or the INS had not settled; leave the line out, or calibrate the lines before and after by themselves"),
+            &format!("check whether the sounder or the INS moved before or during line {name}, or the INS had not settled; leave the line out, or calibrate the lines before and after it separately"),
         )
         .or_untold(&format!("sail another line like {name}: in its direction, where it lies"))
     };
     let place = Doubt::several(
         "position_of_line",
-        &format!("line {name} lies off the others"),
+        &format!("line {name} lies beside the others"),
         ["east", "north"]
             .map(|side| Component::new(side, Unit::Metre))
             .to_vec(),
@@ -164,20 +164,20 @@ fn of_all() -> Vec<Doubt> {
     let drift = |(angle, _, _, sense): (&str, states::Component, f64, &str)| {
         Doubt::single(
             &format!("{angle}_drift"),
-            &format!("the {angle} drifts over the survey, {sense} from begin to end"),
+            &format!("the {angle} drifts over the survey, {sense} from start to end"),
             Unit::Radian,
-            "look whether the INS had settled and is aided well; state its drift in [trajectory] if that is how it drifts",
+            "check whether the INS had settled and was well aided; if it drifts like this, state its drift in [trajectory]",
         )
     };
     let heading = Doubt::single(
         "heading_offset",
-        "the headings want to be turned, clockwise",
+        "the headings are turned, clockwise",
         Unit::Radian,
         "check that the heading is from true north (not grid or magnetic north), and the lever arm; both show together",
     );
     let scale = Doubt::single(
         "beam_angle_scale",
-        "the beam angles want to be wider",
+        "the beam angles look too narrow",
         Unit::One,
         "check the sound speed at the head and the unit and sense of the beam angles",
     );

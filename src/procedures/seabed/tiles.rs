@@ -62,7 +62,7 @@ pub fn depth_scale(depth_m: f64) -> f64 {
 pub struct Cut {
     /// Side of a tile, metres.
     pub side_m: f64,
-    /// Most soundings of a tile.
+    /// Most soundings in a tile.
     pub most: usize,
     /// Fewest soundings of a line in a tile.
     pub fewest: usize,

@@ -88,26 +88,26 @@ fn of_sensors(scene: &Scene, used: &[u32]) -> Vec<Doubt> {
     vec![
         Doubt::single(
             "latency",
-            "the fixes' stamps look late against the attitude",
+            "the fixes' time stamps look late compared with the attitude",
             Unit::Second,
             "correct [fixes] time_offset_s, or check the attitude sensor's clock",
         ),
         Doubt::single(
             "range_offset",
-            "the ranges want to be longer by a constant",
+            "the ranges look too short by a constant",
             Unit::Metre,
             "check the transponders' turn-around time",
         ),
         Doubt::several(
             "attitude_scale",
-            "roll and pitch do not turn the boat as they say",
+            "the recorded roll and pitch do not match the boat's motion",
             scales.map(|name| Component::new(name, Unit::One)).to_vec(),
             "check signs, order and unit of roll and pitch, and the axes of the attitude sensor (-200 % is a wrong sign)",
         )
         .beyond(level[0].max(level[1])),
         Doubt::single(
             "heading_scale",
-            "heading does not turn the boat as it says",
+            "the recorded heading does not match the boat's motion",
             Unit::One,
             "check the sign and unit of heading (-200 % is a wrong sign)",
         )
@@ -118,7 +118,7 @@ fn of_sensors(scene: &Scene, used: &[u32]) -> Vec<Doubt> {
 
 /// That a point stands elsewhere than surveyed.
 fn misplaced(code: &str, name: &str) -> Doubt {
-    let what = format!("{name} stands elsewhere than surveyed");
+    let what = format!("{name} is not where it was surveyed");
     let advice = "survey it again; check its coordinates and its name";
     let axes = ["east", "north", "up"].map(|axis| Component::new(axis, Unit::Metre));
     Doubt::several(code, &what, axes.to_vec(), advice)

@@ -91,7 +91,7 @@ impl fmt::Display for Refusal {
             Self::TooManyGross { gross, fixes } => write!(
                 f,
                 "{gross} of {fixes} fixes are far from what the others say: wrong noise figures, wrong control coordinates, beacons \
-                 mixed up, or an angle convention other than the one stated"
+                 mixed up, or an another angle convention than the one stated"
             ),
             Self::DoesNotFit(finding) if finding.advice.is_empty() => f.write_str(&finding.seen),
             Self::DoesNotFit(finding) => write!(f, "{}; {}", finding.seen, finding.advice),

@@ -83,7 +83,7 @@ function buildSources() {
   const defaults = s => Object.entries(s.default || {}).map(([key, value]) => `${key} ${value}`).join(", ") || "-";
   const columns = [["source", s => el("b", {}, s.title)], ["distribution", s => s.description], ["size in this scenario", s => el("span", {}, sizes(s)), s => sizes(s).length], ["default", defaults, s => defaults(s) !== "-"], ["reference", s => el("small", {}, s.reference), s => s.reference]];
   const filled = columns.filter(([, , has]) => !has || RESULT.sources.some(has));
-  add("sources", "Sources that act", table(filled.map(([name]) => name), RESULT.sources.map(s => filled.map(([, of]) => of(s)))));
+  add("sources", "Sources in this scenario", table(filled.map(([name]) => name), RESULT.sources.map(s => filled.map(([, of]) => of(s)))));
 }
 
 function buildAgreement() {
@@ -93,7 +93,7 @@ function buildAgreement() {
   if (!rows.length) return;
   const comparisons = RESULT.paths.flatMap(p => p.agreement || []).map(a => a.comparisons)[0];
   add("agreement", "Analytic propagation against Monte Carlo", table(["path", "source", ...SOUGHT.map(p => number(p.name)), number("interval"), "why, where they differ"], rows),
-    note(`Variance of the trials by analytic variance. Interval: chi-square, for ${comparisons} comparisons at once (Sidak). An exclamation mark stands outside it.`));
+    note(`Variance of the trials divided by analytic variance. Interval: chi-square, for ${comparisons} comparisons at once (Sidak). An exclamation mark: outside it.`));
 }
 
 function buildSweepTable() {
@@ -112,13 +112,13 @@ function buildSwathTable() {
 
 function buildRefusals() {
   if (!RESULT.refusals.length) return;
-  add("refusals", "Trials without a usable result", table(["path", number("trials"), "seeds", "in the first one's words"], RESULT.refusals.map(r => [BUDGET_PATHS[r.path].name, number(grouped(r.count)), r.seeds.join(", ") + (r.count > r.seeds.length ? ", ..." : ""), r.example])));
+  add("refusals", "Trials without a usable result", table(["path", number("trials"), "seeds", "reason given by the first"], RESULT.refusals.map(r => [BUDGET_PATHS[r.path].name, number(grouped(r.count)), r.seeds.join(", ") + (r.count > r.seeds.length ? ", ..." : ""), r.example])));
 }
 
 function buildEnd() {
   const notes = RESULT.notes || [];
   if (notes.length) add("notes", "Notes", el("ul", { class: "weak" }, notes.map(words => el("li", {}, words))));
-  add("configuration", "Configuration", RESULT.command ? [el("h3", {}, "Command"), el("pre", {}, RESULT.command)] : [], el("h3", {}, "Both paths as they took effect"), el("pre", {}, JSON.stringify(RESULT.configuration, null, 2)),
+  add("configuration", "Configuration", RESULT.command ? [el("h3", {}, "Command"), el("pre", {}, RESULT.command)] : [], el("h3", {}, "Configuration of both paths"), el("pre", {}, JSON.stringify(RESULT.configuration, null, 2)),
     note(`Scenario SHA-256 (without its seed): ${RESULT.scenario_sha256}`));
 }
 

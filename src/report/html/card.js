@@ -36,7 +36,7 @@ function buildCard() {
   const show = () => place.replaceChildren(...[choices[choose.value][1]()].flat(Infinity));
   choose.value = "0";
   choose.addEventListener("change", show);
-  add("enter", "Enter these values", choices.length > 1 ? el("p", { class: "screen" }, "In the sense of ", choose) : [], place,
+  add("enter", "Enter these values", choices.length > 1 ? el("p", { class: "screen" }, "With the signs of ", choose) : [], place,
     note(`${path ? path.name : card.solution} solution. Body axes: x right, y forward, z up; R = Rz(-heading) Rx(pitch) Ry(roll).`));
   show();
 }

@@ -59,7 +59,7 @@ function jointCharts(path) {
   const costs = costByRound(path, steps);
   return [
     lineChart({ title: `${path.name} path: largest step`, x, y: "in sigmas of the parameter", log: true, marks, series: series(step => step.largest_step_in_sigma) }),
-    ...(costs.some(round => round.points.length > 1) ? [lineChart({ title: `${path.name} path: robust cost`, x, y: "cost by the first of its round", log: false, marks, series: costs })] : []),
+    ...(costs.some(round => round.points.length > 1) ? [lineChart({ title: `${path.name} path: robust cost`, x, y: "cost / first cost of its round", log: false, marks, series: costs })] : []),
   ];
 }
 

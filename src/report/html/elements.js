@@ -102,11 +102,21 @@ function css(colour) { return `rgb(${colour.join(",")})`; }
 /** Letters from which on a cell is a sentence, which is not squeezed into a word's width on a phone. */
 const SENTENCE = 40;
 
+/** Tables that are too wide for a phone: there a row becomes a block of values, each with its heading above it. */
+const WIDE_TABLES = new ResizeObserver(entries => requestAnimationFrame(() => entries.forEach(({ target }) => {
+  target.classList.remove("stacked");
+  target.classList.toggle("stacked", target.scrollWidth > target.clientWidth + 1 && matchMedia("(max-width: 600px)").matches);
+})));
+
 /** A table; a cell that is a string starting with "#" is a number and stands to the right. */
 function table(head, rows) {
-  const cell = (tag, content) => typeof content === "string" && content.startsWith("#") ? el(tag, { class: "n" }, content.slice(1)) : el(tag, typeof content === "string" && content.length > SENTENCE ? { class: "words" } : {}, content);
-  return el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, head.map(content => cell("th", content)))),
-    el("tbody", {}, rows.map(row => el("tr", {}, row.map(content => cell("td", content)))))));
+  const isNumber = content => typeof content === "string" && content.startsWith("#"), bare = content => isNumber(content) ? content.slice(1) : content;
+  const cell = (tag, content, label) => el(tag, { class: isNumber(content) ? "n" : typeof content === "string" && content.length > SENTENCE ? "words" : null, "data-label": label || null }, bare(content));
+  const labels = head.map(content => typeof content === "string" ? bare(content) : "");
+  const home = el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, head.map(content => cell("th", content)))),
+    el("tbody", {}, rows.map(row => el("tr", {}, row.map((content, i) => cell("td", content, labels[i])))))));
+  WIDE_TABLES.observe(home);
+  return home;
 }
 
 function number(value) { return `#${value}`; }

@@ -12,7 +12,7 @@ function pullPlot(reported) {
     return [text(left - 8, y + 4, p.name, { "text-anchor": "end" }), svg("circle", { cx: at(rms), cy: y, r: 5, fill: inside ? "#0b63a5" : "#b3261e" }), svg("circle", { cx: at(reported.pull_mean[i]), cy: y, r: 4, fill: "#fff", stroke: "#0b63a5", "stroke-width": 1.6 })];
   });
   return el("figure", {}, el("h3", {}, "Pulls of the joint path"), picture(width, bottom + 22, "pulls", grid, band, rows),
-    el("figcaption", {}, "Error by reported sigma. Full dot: root mean square, 1 when the reported uncertainty is true; red outside the green interval, which is that of chi-square for this number of trials. Ring: mean."));
+    el("figcaption", {}, "Error divided by reported sigma. Full dot: root mean square, 1 when the reported uncertainty is right; red outside the green interval (chi-square, for this number of trials). Ring: mean."));
 }
 
 /** Standard deviations by the bound, one row per parameter. */
@@ -25,8 +25,8 @@ function boundPlot() {
   const grid = across.ticks.flatMap(([v, words]) => [svg("line", { x1: across.at(v), x2: across.at(v), y1: top, y2: bottom, stroke: INK.line }), text(across.at(v), bottom + 15, words, { "text-anchor": "middle", class: "soft" })]);
   const rows = SOUGHT.flatMap((p, i) => [text(left - 8, top + (i + 0.5) * row + 4, p.name, { "text-anchor": "end" }),
     ...paths.filter(path => Number.isFinite(ratio(path, p))).map((path, k) => svg("circle", { cx: across.at(ratio(path, p)), cy: top + (i + 0.5) * row + 6 * (k - (paths.length - 1) / 2), r: 4.5, fill: BUDGET_PATHS[path.path].colour }))]);
-  return [el("figure", {}, el("h3", {}, "Standard deviation by the Cramer-Rao bound"), keys(paths.map(path => ({ name: pathName(path), colour: BUDGET_PATHS[path.path].colour }))),
-    picture(width, bottom + 22, "standard deviation by the bound", grid, svg("line", { x1: across.at(1), x2: across.at(1), y1: top, y2: bottom, stroke: "#1a7f4b", "stroke-width": 1.6 }), rows),
+  return [el("figure", {}, el("h3", {}, "Standard deviation / Cramer-Rao bound"), keys(paths.map(path => ({ name: pathName(path), colour: BUDGET_PATHS[path.path].colour }))),
+    picture(width, bottom + 22, "standard deviation / bound", grid, svg("line", { x1: across.at(1), x2: across.at(1), y1: top, y2: bottom, stroke: "#1a7f4b", "stroke-width": 1.6 }), rows),
     el("figcaption", {}, "1 is the best that any unbiased path could do with these observations; the efficiency is the inverse square."))];
 }
 
@@ -35,7 +35,7 @@ function honestyTable(reported) {
   const nees = reported.nees, further = [];
   if (nees) further.push(["NEES, mean", number(digits(nees.mean, 3)), `${digits(nees.interval.lower, 3)} to ${digits(nees.interval.upper, 3)} when true (${nees.parameters} expected), ${grouped(nees.trials)} trials`]);
   if (!missing(reported.variance_factor)) further.push(["variance factor, mean", number(digits(reported.variance_factor, 4)), "1 expected"]);
-  return el("div", {}, table(["parameter", number("pull, mean"), number("pull, RMS"), number("RMS when true")], rows), further.length ? table(["figure", number("value"), ""], further) : "");
+  return el("div", {}, table(["parameter", number("pull, mean"), number("pull, RMS"), number("RMS expected")], rows), further.length ? table(["figure", number("value"), ""], further) : "");
 }
 
 /** Standard deviations of every path in units of the joint path's, one row per parameter. */
@@ -53,11 +53,11 @@ function buildPaths() {
     return [text(left - 8, y + 4, p.name, { "text-anchor": "end" }), ...paths.flatMap(path => [dot(ratio(path, i), y, path), rms(path, i) > 1.02 * ratio(path, i) ? dot(rms(path, i), y, path, true) : []])];
   });
   add("paths", "The paths against each other", keys(paths.map(path => ({ name: pathName(path), colour: BUDGET_PATHS[path.path].colour }))), el("figure", {}, picture(width, bottom + 22, "standard deviations of the paths", grid, rows),
-    el("figcaption", {}, "Standard deviation by that of the joint path. Ring: root mean square error, where bias makes it larger.")));
+    el("figcaption", {}, "Standard deviation divided by that of the joint path. Ring: root mean square error, where bias makes it larger.")));
 }
 
 function buildHonesty() {
   const joint = RESULT.paths.find(p => p.path === "joint"), reported = joint && joint.together && joint.together.reported, bound = boundPlot();
   if (!reported && !bound.length) return;
-  add("honesty", "Is the reported uncertainty true, and how near is the bound?", el("div", { class: "grid2" }, reported ? pullPlot(reported) : [], bound, reported ? honestyTable(reported) : []));
+  add("honesty", "Is the reported uncertainty right, and how near is the bound?", el("div", { class: "grid2" }, reported ? pullPlot(reported) : [], bound, reported ? honestyTable(reported) : []));
 }

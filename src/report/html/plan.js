@@ -9,9 +9,9 @@ function buildHead() {
   section("version").textContent = RESULT.software.version;
   section("title").textContent = RESULT.scenario;
   section("headline").textContent = DATA.headline;
-  const needed = RESULT.passes_needed, chips = [chip(missing(needed) ? "wanted not reached" : `${needed} to sail`, missing(needed) ? "warn" : "good"),
+  const needed = RESULT.passes_needed, chips = [chip(missing(needed) ? "wanted accuracy not reached" : `${needed} to sail`, missing(needed) ? "warn" : "good"),
     chip(`${RESULT.sailed.length} sailed`), chip(`${RESULT.candidates.length} candidates`), chip(`${RESULT.criterion.toUpperCase()}-optimal, greedy`)];
-  section("chips").append(...chips, ...RESULT.unreachable.map(name => chip(`${name}: floor above what is wanted`, "bad")));
+  section("chips").append(...chips, ...RESULT.unreachable.map(name => chip(`${name}: not within reach of these passes`, "bad")));
   section("footer").textContent = `${RESULT.software.name} ${RESULT.software.version}. The numbers of this page, in full precision, are in plan.json beside it.`;
 }
 
@@ -23,8 +23,8 @@ function buildGain() {
   const series = SOUGHT.map((p, i) => ({ name: p.name, colour: COLOURS[i], points: steps.map(([n, six]) => [n, six[i]]) }));
   const floor = inWanted(RESULT.floor), levels = (floor || []).flatMap((f, i) => f > 0.02 ? [{ colour: COLOURS[i], dash: "3 4", thin: true, dots: false, points: [[steps[0][0], f], [steps[steps.length - 1][0], f]] }] : []);
   add("gain", "Standard deviations with the number of passes", parameterKeys(),
-    plot({ title: "In units of what is wanted", x: { label: "passes in all", whole: true }, y: { label: "sigma by wanted sigma", log: true }, series: [...levels, ...series], marks: [{ y: 1, name: "wanted" }], width: 620, height: 310 }),
-    note("Each pass is the best of the candidates at its place. Dotted: what no number of these passes goes below", floor && floor.every(f => f <= 0.02) ? " (here too low to be drawn)." : "."));
+    plot({ title: "In units of the wanted accuracy", x: { label: "passes in all", whole: true }, y: { label: "sigma / wanted sigma", log: true }, series: [...levels, ...series], marks: [{ y: 1, name: "wanted" }], width: 620, height: 310 }),
+    note("Each pass is the best of the candidates at that point. Dotted: the limit that no number of these passes goes below", floor && floor.every(f => f <= 0.02) ? " (here too low to be drawn)." : "."));
 }
 
 // CANDIDATES
@@ -58,7 +58,7 @@ function candidateBars(parameter, i) {
 
 function buildCandidates() {
   if (!RESULT.candidates.length) return;
-  add("candidates", "If one of the candidates were sailed next", keys([{ name: "chosen", colour: "#2a6fbb" }, { name: "wanted", colour: "#1a7f4b", dash: "5 3" }, ...(RESULT.sailed_standard_deviation ? [{ name: "with what is sailed", colour: "#5b6b78", dash: "5 3" }] : [])]),
+  add("candidates", "If one of the candidates were sailed next", keys([{ name: "chosen", colour: "#2a6fbb" }, { name: "wanted", colour: "#1a7f4b", dash: "5 3" }, ...(RESULT.sailed_standard_deviation ? [{ name: "as sailed so far", colour: "#5b6b78", dash: "5 3" }] : [])]),
     OFFERED.length ? el("div", { class: "grid3" }, SOUGHT.map(candidateBars)) : [], notOffered());
 }
 
@@ -125,7 +125,7 @@ function buildVariations() {
   const single = all.keys.length === 1, home = add("variations", `The scenario's own passes with other values of ${all.keys.join(" and ")}`);
   if (single) {
     const x = abscissae(all.points.map(p => p.values[0])), series = SOUGHT.map((p, i) => ({ colour: COLOURS[i], points: all.points.map((point, k) => [x.places[k], point.standard_deviation ? inWanted(point.standard_deviation)[i] : null]) }));
-    home.append(parameterKeys(), plot({ title: "In units of what is wanted", x: { label: all.keys[0], log: x.log, words: x.words }, y: { label: "sigma by wanted sigma", log: true }, series, marks: [{ y: 1, name: "wanted" }], width: 860, height: 340 }));
+    home.append(parameterKeys(), plot({ title: "In units of the wanted accuracy", x: { label: all.keys[0], log: x.log, words: x.words }, y: { label: "sigma / wanted sigma", log: true }, series, marks: [{ y: 1, name: "wanted" }], width: 860, height: 340 }));
   } else {
     const distinct = k => all.points.map(p => p.values[k]).filter((v, i, list) => list.indexOf(v) === i), rows = distinct(0), columns = distinct(1);
     const value = i => (r, c) => { const point = all.points.find(p => p.values[0] === rows[r] && p.values[1] === columns[c]); return point && point.standard_deviation ? shownOf(point.standard_deviation)[i] : null; };
@@ -143,7 +143,7 @@ const cells = six => { const shown = shownOf(six); return shown ? shown.map(v =>
 function buildTables() {
   const pass = p => [p.name, number(`${short(p.from_m)} to ${short(p.to_m)}`)];
   add("tables", "Standard deviations",
-    table(["with", ...UNITS], [["wanted", ...cells(RESULT.wanted)], [RESULT.sailed.length ? "what is sailed" : "nothing sailed", ...cells(RESULT.sailed_standard_deviation)], ["a million of each (floor)", ...cells(RESULT.floor)]]),
+    table(["with", ...UNITS], [["wanted", ...cells(RESULT.wanted)], [RESULT.sailed.length ? "as sailed so far" : "nothing sailed", ...cells(RESULT.sailed_standard_deviation)], ["a million of each (limit)", ...cells(RESULT.floor)]]),
     RESULT.chosen.length ? [el("h3", {}, "Order to sail"), table([number("#"), "pass", ...UNITS], RESULT.chosen.map((s, k) => [number(String(k + 1)), s.name, ...cells(s.standard_deviation)]))] : [],
     el("details", {}, el("summary", {}, "Candidates, if sailed next"), table([number("#"), "pass", number("Y, m"), number("soundings"), number("returns"), ...UNITS], RESULT.candidates.map((c, k) => [number(String(k + 1)), ...pass(c.pass), number(grouped(c.soundings)), number(grouped(c.returns)), ...cells(c.standard_deviation_if_next)]).filter((_, k) => !RESULT.candidates[k].refusal))));
 }

@@ -65,7 +65,7 @@ function buildShares() {
   if (!figures.length) return;
   const entries = Object.keys(COLOURS).map(source => ({ name: titleOf(source), colour: COLOURS[source] }));
   add("shares", "Which source costs how much", keys([...entries, { name: "smaller sources", colour: OTHERS }, { name: titleOf("remainder"), colour: REST }]), el("div", { class: "row3" }, figures),
-    note("Share of the variance of each parameter. 100 % is the variance of all sources together; the parts can add to more where sources compensate each other, and chance is in parts that were simulated. Without bias.", fewTrials.length ? ` Shares by trials are left out: ${TELLING} of each source are needed.` : ""));
+    note("Share of the variance of each parameter. 100 % is the variance of all sources together; the parts can add up to more where sources compensate each other; simulated parts also vary by chance. Without bias.", fewTrials.length ? ` Shares by trials are left out: ${TELLING} of each source are needed.` : ""));
 }
 
 // TORNADO

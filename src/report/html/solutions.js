@@ -37,6 +37,6 @@ function statusWords(solution) {
   return solution.usable ? words : `${words}, not usable`;
 }
 
-function testVerdict(test) { return test.void_because ? `void: ${test.void_because}` : test.passed ? "passed" : "failed"; }
+function testVerdict(test) { return test.void_because ? `not valid: ${test.void_because}` : test.passed ? "passed" : "failed"; }
 
 function pathKeys() { return keys(ESTIMATED.map(path => ({ name: path.name, colour: path.colour }))); }

@@ -25,7 +25,7 @@ function mountingRows(index) {
 }
 
 function buildSolution() {
-  const home = add("solution", "Solutions", table(["solution", "end", "remark"], PATHS.map(path => [path.name, statusWords(path.solution), path.solution.message || ""])));
+  const home = add("solution", "Solutions", table(["solution", "outcome", "remark"], PATHS.map(path => [path.name, statusWords(path.solution), path.solution.message || ""])));
   if (RESULT.notes.length) home.append(el("ul", { class: "weak" }, RESULT.notes.map(words => el("li", {}, `${words}.`))));
   if (!ESTIMATED.length) return;
   const names = ESTIMATED.map(path => number(path.name)), compared = RESULT.comparison ? [number("reference - joint, in sigmas of joint")] : [];
@@ -52,7 +52,7 @@ function fieldLines(fields, places, unit) {
 function buildConventions() {
   if (!RESULT.conventions.length) return;
   add("conventions", "Conventions of other software",
-    note("The same mounting in other programs' senses. Lever arms run from the INS centre to the sonar; a program that counts from another reference point needs the INS's own offset added. ",
+    note("The same mounting with other programs' axes and signs. Lever arms run from the INS centre to the sonar; a program that counts from another reference point needs the INS's own offset added. ",
       "What no public document settles is left out, not guessed."),
     table(["software", "lever arm", "mounting angles", "signs, order, source"], RESULT.conventions.map(entry => [
       el("span", {}, el("b", {}, entry.software), el("div", {}, el("small", {}, entry.axes))),
@@ -85,12 +85,12 @@ function qualityOf(path) {
   if (quality.groups.length) parts.push(el("h3", {}, "Groups of observations"), table(["group", number("observations"), number("redundancy"), number("variance component"), "remark"],
     quality.groups.map(group => [group.name, number(grouped(group.observations)), number(digits(group.redundancy, 1)),
       number(missing(group.variance_component) ? "held at 1" : withSigma(group.variance_component, group.standard_deviation)), group.note || ""])));
-  if (quality.priors.length) parts.push(el("h3", {}, "Priors that entered as observations"), table(["prior", number("one sigma"), "unit"],
+  if (quality.priors.length) parts.push(el("h3", {}, "Prior values used as observations"), table(["prior", number("one sigma"), "unit"],
     quality.priors.map(prior => [prior.name, number(short(prior.standard_deviation)), prior.unit])));
   if (reliability.tests && reliability.tests.length) parts.push(el("h3", {}, "Data snooping"), table(["level", number("significance"), number("critical |w|"), number("delta0"), number("flagged")],
     reliability.tests.map(test => [test.name, number(percent(test.significance)), number(digits(test.critical_value, 2)), number(digits(test.non_centrality, 2)), number(grouped(test.flagged))])));
   if (reliability.worst.length) parts.push(el("h3", {}, "Largest normalised residuals"), worstTable(reliability),
-    el("p", { class: "note" }, `Minimal detectable bias: along the face's normal, at ${percent(reliability.significance)} significance and ${percent(reliability.power)} power. Range and angles of a sounding share one condition; which of them is faulty cannot be told.`));
+    el("p", { class: "note" }, `Minimal detectable bias: along the face's normal, at ${percent(reliability.significance)} significance and ${percent(reliability.power)} power. Range and angles of a sounding share one condition; the data cannot tell which of them is faulty.`));
   return parts;
 }
 
@@ -108,6 +108,6 @@ function buildCounts() {
 }
 
 function buildConfiguration() {
-  add("configuration", "Configuration and inputs", folded("Configuration as it took effect", el("pre", {}, JSON.stringify(RESULT.configuration, null, 2))),
+  add("configuration", "Configuration and inputs", folded("Configuration used", el("pre", {}, JSON.stringify(RESULT.configuration, null, 2))),
     folded("Inputs", table(["file", "SHA-256"], RESULT.inputs.map(file => [file.path, mono(file.sha256)]))), note(`Seed ${RESULT.seed}.`));
 }

@@ -1,6 +1,6 @@
 // The verdict: everything that was found, gravest first, with what to try.
 
-const SEVERITIES = { finding: "to look at", withdraws: "not usable", refuses: "no result" };
+const SEVERITIES = { finding: "worth a look", withdraws: "not usable", refuses: "no result" };
 
 function severityChip(finding) {
   if (finding.accepted) return chip("accepted", "warn");
@@ -20,18 +20,18 @@ function bounds() {
   const all = RESULT.verdict.bounds || [];
   if (!all.length) return [];
   const rows = all.map(bound => [el("code", {}, bound.code), bound.estimate, number(digits(bound.chi_square, 1)), number(bound.degrees_of_freedom), number(probability(bound.p_value)), number(short(bound.largest_effect_in_sigmas))]);
-  return el("details", {}, el("summary", {}, `${all.length} unknowns that the model has not were tested for`),
+  return el("details", {}, el("summary", {}, `${all.length} other possible errors were tested for`),
     table(["code", "one-step estimate", number("chi-square"), number("degrees"), number("p"), number("would move, sigma")], rows));
 }
 
 function buildVerdict() {
   const { state, findings } = RESULT.verdict;
-  if (!findings.length) return add("verdict", `Verdict: ${state}`, note("Nothing speaks against the result."), bounds());
+  if (!findings.length) return add("verdict", `Verdict: ${state}`, note("Nothing was found against the result."), bounds());
   const rows = findings.map(finding => [severityChip(finding), el("code", {}, finding.code), finding.seen, finding.advice || "-", effectWords(finding), finding.threshold || "-"]);
   const refused = findings.some(finding => finding.severity === "refuses");
   const known = !refused && findings.find(finding => finding.severity === "withdraws" && !finding.accepted);
   const list = table(["", "code", "what was seen", "what to try", "effect", "limit"], rows);
   list.classList.add("findings");
   add("verdict", `Verdict: ${state}`, list,
-    known ? note(`A finding that you know and accept: [verdict] accept = ["${known.code}"] in the survey file. It stays listed.`) : [], bounds());
+    known ? note(`To accept a finding that you know: [verdict] accept = ["${known.code}"] in the survey file. It stays listed.`) : [], bounds());
 }

@@ -180,11 +180,10 @@ fn variations(
 fn notes(scenario: &Scenario, points: &[(Point, Scenario)], config: &JointConfig) -> Vec<String> {
     let mut notes = vec![
         format!(
-            "Information of passes is added, which holds where the pauses between them are long against the drift's correlation time of {} s",
+            "The information of the passes is added up, which holds where the pauses between them are long compared with the drift's correlation time of {} s",
             scenario.trajectory.drift_correlation_time_s
         ),
-        "Each candidate is sailed with the motion of the scenario's begin; another phase of the waves changes its figures by several per \
-         cent"
+        "Each candidate is sailed with the boat's motion at the start of the scenario; another phase of the waves changes its figures by several per cent"
             .to_owned(),
         "Only what the survey states of its own errors is counted: errors that it does not know of (latency, sound speed where it is \
          held, a scanner mounting without a stated uncertainty) come on top"

@@ -314,7 +314,7 @@ impl Budget<'_> {
 }
 
 const NO_DERIVATIVE: Prediction = Prediction::NotPredicted {
-    reason: "it decides which observations are tied or kept, which has no derivative: see Monte Carlo",
+    reason: "it decides which observations are tied or kept, which has no derivative: see the trials",
 };
 
 /// A source without mean.

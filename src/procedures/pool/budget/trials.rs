@@ -236,8 +236,7 @@ pub struct PoolObserved<'a> {
 }
 
 /// What a reader of a survey's budget should know.
-const SURVEY_NOTE: &str = "a survey's own budget: its observations, and the sigmas that its file claims; errors of which it says \
-    nothing (latency, sound speed, gross errors) are not in it, and no truth is known, so there is no bias";
+const SURVEY_NOTE: &str = "a survey's own budget: its observations, and the sigmas that its file claims; errors that the file does not mention (latency, sound speed, gross errors) are not in it, and no truth is known, so there is no bias";
 
 impl PoolObserved<'_> {
     /// The claims as if they were a scenario.

@@ -108,11 +108,11 @@ section! {
         heading_drift_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
         /// Longest interval that is interpolated, seconds; 1.
         max_gap_s: f64 = or (1.0), Kind::Number(DURATION);
-        /// What to do with observations that have no position; error.
+        /// What to do with observations without a position; error.
         outside: OutsideRule = or (OutsideRule::default()), OUTSIDE;
-        /// Added to the stamps, seconds; 0.
+        /// Added to the time stamps, seconds; 0.
         time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
-        /// Rows whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        /// Rows with impossible values: an error, or up to 5 % of them left out and counted; error.
         #[serde(skip_serializing_if = "Invalid::is_usual")]
         invalid: Invalid = or (Invalid::default()), INVALID;
     }
@@ -175,9 +175,9 @@ section! {
         /// Uncertainty of the lever arm, metres.
         #[serde(skip_serializing_if = "Option::is_none")]
         lever_arm_sigma_m: Option<[f64; 3]> = or (None), Kind::Triple(SIGMA_M);
-        /// Added to the stamps, seconds; 0.
+        /// Added to the time stamps, seconds; 0.
         time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
-        /// Rows whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        /// Rows with impossible values: an error, or up to 5 % of them left out and counted; error.
         #[serde(skip_serializing_if = "Invalid::is_usual")]
         invalid: Invalid = or (Invalid::default()), INVALID;
     }
@@ -238,9 +238,9 @@ section! {
         angle_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
         /// Along-track angle noise, degrees; 0.
         along_angle_sigma_deg: f64 = or (0.0), Kind::Number(SIGMA_DEG_OR_NONE);
-        /// Added to the stamps, seconds; 0.
+        /// Added to the time stamps, seconds; 0.
         time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
-        /// Rows whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        /// Rows with impossible values: an error, or up to 5 % of them left out and counted; error.
         #[serde(skip_serializing_if = "Invalid::is_usual")]
         invalid: Invalid = or (Invalid::default()), INVALID;
     }

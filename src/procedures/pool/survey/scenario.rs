@@ -31,7 +31,7 @@ pub struct ScenarioFile {
     pub lidar: String,
     /// Name of the soundings file to write: `.csv`.
     pub multibeam: String,
-    /// The sections `[sequential]`, `[joint]`, `[verdict]` and `[large]`, handed on to the survey file as they are.
+    /// The sections `[sequential]`, `[joint]`, `[verdict]` and `[large]`, copied to the survey file as they are.
     pub calibration: toml::Table,
 }
 

@@ -45,7 +45,7 @@ function buildProfiles() {
   }));
   add("profiles", "Measured profiles on the standard profile", keys([...paths.map(path => ({ name: PATH_NAMES[path], colour: PATH_INK[path] })), { name: "regions of the reference path", colour: REGION_INK }]),
     el("div", { style: "display:flex;flex-wrap:wrap;gap:18px" }, el("figure", { style: "max-width:100%" }, el("h3", {}, "The whole rail"), crossSection("profiles on the standard profile", whole, 480, 1, sorted)), el("div", { style: "display:grid;grid-template-columns:repeat(auto-fit,minmax(min(260px,100%),1fr));gap:4px 16px;align-content:start;flex:1 1 260px" }, zooms)),
-    note("Points at the position of the table nearest to level, under the nominal mounting and under the mounting of each path. The joint path stands on the table, rail and INS that it estimated, the others on those as known before."));
+    note("Points at the position of the table nearest to level, under the nominal mounting and under the mounting of each path. The joint path is drawn with the table, rail and INS that it estimated, the others with those known before."));
 }
 
 // HAUSDORFF CURVES
@@ -75,7 +75,7 @@ function buildAlong() {
   const all = JOINT && JOINT.details ? JOINT.details.nuisance : [];
   const seen = all.filter(p => !p.name.startsWith("rail ") || p.name.startsWith("rail orientation"));
   if (!seen.length) return;
-  add("along", "Also estimated", note("Changes from what was known before: every one of these entered with a prior."),
+  add("along", "Also estimated", note("Changes from what was known before: each of these has a prior."),
     table(["quantity", number("change \u00b1 1 sigma"), "unit"], seen.map(p => [p.name, number(correctionText(p)), shownUnit(p.unit)])));
 }
 

@@ -27,7 +27,7 @@ pub struct RailReality {
     pub pivot_body_m: Vector3<f64>,
     /// The same in the rail's cross-section, metres.
     pub pivot_rail_m: Vector2<f64>,
-    /// How far the table's lateral axis lies before its vertical one, metres.
+    /// How far the table's lateral axis lies in front of its vertical one, metres.
     pub axes_gap_m: f64,
     /// True orientation of the rail, rail frame into level frame.
     pub rail_rotation: Matrix3<f64>,

@@ -86,7 +86,7 @@ fn not_sought(parameter: &Parameter) -> Parameter {
         value: None,
         correction: None,
         determined: false,
-        note: "not sought by this path".to_owned(),
+        note: "not estimated by this path".to_owned(),
         ..parameter.clone()
     }
 }

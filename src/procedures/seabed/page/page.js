@@ -25,7 +25,7 @@ function sigmasOf(sigmas) {
 }
 
 function passesOf(passes) {
-  return listed({ pass: p => p.phase, tiles: p => number(p.tiles), soundings: p => number(p.soundings), dropped: p => number(p.dropped), "squares over freedom": p => number(digits(p.omega_over_freedom, 3)), "largest step, sigmas": p => number(short(p.step_sigmas)) }, passes);
+  return listed({ pass: p => p.phase, tiles: p => number(p.tiles), soundings: p => number(p.soundings), dropped: p => number(p.dropped), "sum of squares / degrees of freedom": p => number(digits(p.omega_over_freedom, 3)), "largest step, sigmas": p => number(short(p.step_sigmas)) }, passes);
 }
 
 function stepsOf(steps) {
@@ -36,13 +36,13 @@ function stepsOf(steps) {
 /** What was estimated of the seabed and the noise. */
 function groundOf(joint) {
   return table(["", number("estimate")], [["relief about the tiles' planes, m", number(digits(joint.field.relief_m, 3))], ["its correlation length, m", number(digits(joint.field.length_m, 1))],
-    ["noise over the claimed noise", number(digits(joint.field.noise_factor, 2))], ["tiles", number(joint.tiles)], ["sum of squares over degrees of freedom", number(digits(joint.omega_over_freedom, 3))]]);
+    ["noise / claimed noise", number(digits(joint.field.noise_factor, 2))], ["tiles", number(joint.tiles)], ["sum of squares / degrees of freedom", number(digits(joint.omega_over_freedom, 3))]]);
 }
 
 function buildSeabed() {
   const details = SEA, joint = details.joint, patch = details.patch_test;
   add("lines", "Lines and pairs of lines", linesOf(details.layout));
-  if (joint) add("information", "Where the information comes from", sigmasOf(joint.sigmas), note("Standard deviations by the model, from the scatter of the tiles, and what relief alone and the boat's motion alone would give. What comes from motion is as true as the heave channel."));
+  if (joint) add("information", "Where the information comes from", sigmasOf(joint.sigmas), note("Standard deviations by the model, from the scatter of the tiles, and what relief alone and the boat's motion alone would give. What comes from motion is only as good as the heave channel."));
   if (joint) add("ground", "Seabed and noise as estimated", groundOf(joint));
   if (joint) add("passes", "Passes of the joint adjustment", passesOf(joint.passes));
   if (patch) add("patch", "Steps of the patch test", stepsOf(patch), note("Each parameter where the surfaces of its two lines differ least, the others held."));

@@ -55,7 +55,7 @@ function buildDifferences() {
   if (!pairs.length) return;
   const end = differenceEnd();
   add("differences", "Lines against each other over the ground", differenceLegend(end), pairs.map(pair => pairMaps(pair, end)),
-    note("Height of the first line's surface less the second's, in cells with a plane of each line; the first line runs to the right. Of each kind of pair the one with the most common ground. The joint path's heights of the lines are not taken off."));
+    note("Height of the first line's surface less the second's, in cells with a plane of each line; the first line runs to the right. Of each kind of pair the one with the most common ground. The heights of the lines that the joint path estimates are not taken off."));
 }
 
 // BY BEAM
@@ -71,7 +71,7 @@ function buildBeams() {
   add("beams", "Lines over the others by beam: the smile and the frown", keys(VIEWS.solutions.map(name => ({ name: SOLUTION_NAMES[name], colour: SOLUTION_COLOURS[name], dash: name === "before" ? "5 4" : "" }))),
     el("h3", {}, "by beam angle"), el("div", { class: "row3" }, lines.map(line => beamPlot(VIEWS.by_angle, line, "beam angle, deg, starboard positive"))),
     el("h3", {}, "by distance across the track, after calibration"), el("div", { class: "row3" }, lines.map(line => beamPlot(VIEWS.by_distance.filter(c => VIEWS.solutions[c.solution] !== "before"), line, "m, starboard positive"))),
-    note("Mean height of a line's soundings over the surfaces of the other lines under them. A roll error leans, a wrong sound speed bends the ends up (smile) or down (frown), a tide lifts."));
+    note("Mean height of a line's soundings over the surfaces of the other lines under them. A roll error tilts the curve, a wrong sound speed bends its ends up (smile) or down (frown), a tide lifts it."));
 }
 
 function buildHeights() {

@@ -15,7 +15,7 @@ section! {
         method: String = or (METHODS[0].to_owned()), Kind::OneOf(METHODS);
         /// Patch test: the order in which the parameters are found; the first is that of the IHO manual.
         order: String = or (ORDERS[0].to_owned()), Kind::OneOf(ORDERS);
-        /// Patch test: how often the whole order is gone through.
+        /// Patch test: how often the whole order is repeated.
         rounds: usize = or (1), Kind::Count(limits(1.0, 10.0, "1 to 10"));
         /// Features: grey levels over the whole range of depths, as the paper has it, or over the relief on it.
         grey: String = or (GREY[0].to_owned()), Kind::OneOf(GREY);

@@ -109,7 +109,7 @@ section! {
         heading_correlation_time_s: f64 = or (120.0), Kind::Number(DURATION);
         /// Longest interval that is interpolated, seconds; soundings in a longer one are dropped.
         max_gap_s: f64 = or (1.0), Kind::Number(DURATION);
-        /// Rows whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        /// Rows with impossible values: an error, or up to 5 % of them left out and counted; error.
         #[serde(skip_serializing_if = "Invalid::is_usual")]
         invalid: Invalid = or (Invalid::default()), INVALID;
     }
@@ -123,7 +123,7 @@ section! {
         profile: Option<String> = or (None), Kind::Text;
         /// Relative error of the profile 20 m below the transducer, growing linearly from there, one sigma; 0 holds it.
         profile_sigma: f64 = or (0.0), Kind::Number(limits(0.0, 0.1, "a number from 0 to 0.1"));
-        /// Which water a line has between two casts, at its middle: that of the cast nearest in time, or interpolated between the two.
+        /// Sound speed of a line between two casts, at the line's middle: of the cast nearest in time, or interpolated between the two.
         between: String = or ("interpolated".to_owned()), Kind::OneOf(&["interpolated", "nearest"]);
     }
 }
@@ -151,7 +151,7 @@ section! {
         head: Option<u32> = or (None), Kind::Count(limits(0.0, 4.3e9, "0 to 4294967295"));
         /// Lever arm in the body (right, forward, up), metres.
         lever_arm_m: [f64; 3] = required, Kind::Triple(PLACE);
-        /// Its standard deviations, metres. The one upwards is inseparable from the heights of the lines and is held.
+        /// Its standard deviations, metres. The vertical one cannot be separated from the heights of the lines and is held.
         lever_arm_sigma_m: [f64; 3] = or ([0.005, 0.005, 0.01]), Kind::Triple(SIGMA_M_OR_NONE);
         /// Nominal mounting angles, degrees.
         mounting_deg: MountingAngles = required, Kind::Table(MountingAngles::KEYS);
@@ -167,7 +167,7 @@ section! {
         angle_sigma_growth: f64 = or (0.0), Kind::Number(GROWTH);
         /// Soundings further out are not used, degrees.
         max_angle_deg: f64 = or (65.0), Kind::Number(limits(5.0, 90.0, "degrees from 5 to 90"));
-        /// Rows of a CSV whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        /// Rows of a CSV with impossible values: an error, or up to 5 % of them left out and counted; error.
         #[serde(skip_serializing_if = "Invalid::is_usual")]
         invalid: Invalid = or (Invalid::default()), INVALID;
     }
@@ -179,9 +179,9 @@ section! {
     pub struct LineSection {
         /// Name for reports.
         name: String = required, Kind::Text;
-        /// Recorder files that are this line, instead of begin and end.
+        /// Recorder files that are this line, instead of start and end.
         files: Vec<String> = or (vec![]), Kind::Texts;
-        /// Begin, seconds on the trajectory's clock.
+        /// Start, seconds on the trajectory's clock.
         start_s: f64 = required, Kind::Number(TIME);
         /// End, seconds.
         end_s: f64 = required, Kind::Number(TIME);

@@ -189,7 +189,7 @@ fn head(path: &Path, file: &SeabedSurveyFile, observed: &Observed) -> Result<u32
     let heads = observed.heads();
     let listed: Vec<String> = heads.iter().map(u32::to_string).collect();
     let listed = listed.join(", ");
-    let expected = "head = the one to be calibrated; each is calibrated by itself";
+    let expected = "head = the one to calibrate; each is calibrated separately";
     match (file.multibeam.head, heads.as_slice()) {
         (Some(head), all) if all.contains(&head) => Ok(head),
         (None, [only]) => Ok(*only),
@@ -262,7 +262,7 @@ fn installation(observed: &Observed) -> Result<Option<Installation>, SurveyError
     };
     for other in files {
         if places(&other.installation) != places(&first.installation) {
-            let found = format!("arrays mounted otherwise than in {}", first.path.display());
+            let found = format!("arrays mounted differently from {}", first.path.display());
             let expected = "lines of one mounting";
             return Err(Problem::new(&other.path, "installation record", found, expected).into());
         }
@@ -526,7 +526,8 @@ fn level(
     let water_line_m = installation.and_then(|record| record.water_line_m);
     if water_line_m.is_none() {
         notes.push(
-            "no water line in the files: the reference point is taken to lie in it".to_owned(),
+            "no water line in the files: the reference point is taken to lie at the water level"
+                .to_owned(),
         );
     }
     let mean_m = heights.mean().map_or(0.0, |mean| mean[0]);
@@ -543,7 +544,7 @@ fn level(
         file.site.water_level_m = (1e3 * (level_m - origin.height_m)).round() / 1e3;
     }
     if file.trajectory.heights == "heave" {
-        notes.push("heights are the heave above the water level: the tide is left to the heights of the lines".to_owned());
+        notes.push("heights are the heave above the water level: the heights of the lines take up the tide".to_owned());
     }
     for line in &file.line {
         let (begin, end) = (utc::written(line.start_s), utc::written(line.end_s));

@@ -25,7 +25,7 @@ function buildScatter() {
   if (!hasFixes()) return;
   const end = scatterEnd();
   add("scatter", "Residuals of the fixes by beacon, from above", pathLegend(), el("div", { class: "row4" }, BEACONS.map((beacon, k) => kept(k).length ? scatter(beacon, k, end) : [])),
-    note("Predicted minus surveyed beacon, fix by fix; large dots: means. Fixes beyond five standard deviations are left out. All clouds off to one side in the same turn: an error of the heading is left; each outwards or inwards: a range scale."));
+    note("Predicted minus surveyed beacon, fix by fix; large dots: means. Fixes beyond five standard deviations are left out. All clouds turned the same way: an error of the heading is left; all outwards or all inwards: a range scale."));
 }
 
 /** Mean of a component, millimetres, in bins of equal counts. */
@@ -47,7 +47,7 @@ function series(beacon, k) {
 function buildSeries() {
   if (!hasFixes()) return;
   add("series", `Residuals over time, ${PATH_NAMES[SHOWN_PATH].toLowerCase()} path`, keys(["east", "north", "up"].map((name, i) => ({ name, colour: WHEEL[i], dash: "" }))),
-    el("div", { class: "row3" }, BEACONS.map(series)), note("Dots: single fixes; lines: means of as many fixes each. A slow wave that all beacons share is the attitude sensor's, one beacon's alone its own."));
+    el("div", { class: "row3" }, BEACONS.map(series)), note("Dots: single fixes; lines: means of as many fixes each. A slow wave that all beacons share comes from the attitude sensor; one that only one beacon shows is its own."));
 }
 
 function buildNoise() {

@@ -396,7 +396,7 @@ fn own_notes(outcome: &UsblOutcome, input: &UsblInput) -> Vec<String> {
         ));
     }
     notes.push(
-        "a constant error of the attitude sensor cannot be told from the mounting; it is part of the calibration".to_owned(),
+        "a constant error of the attitude sensor cannot be separated from the mounting; it becomes part of the calibration".to_owned(),
     );
     notes
 }

@@ -96,9 +96,9 @@ section! {
         nominal_speed_m_s: Option<f64> = or (None), Kind::Number(SPEED);
         /// Delay of the beacon's answer that is still in two-way travel times, seconds; 0.
         turnaround_s: f64 = or (0.0), Kind::Number(limits(0.0, 10.0, "seconds from 0 to 10"));
-        /// Added to the stamps, seconds; 0.
+        /// Added to the time stamps, seconds; 0.
         time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
-        /// Rows whose values cannot be: an error, or up to 5 % of them left out and counted; error.
+        /// Rows with impossible values: an error, or up to 5 % of them left out and counted; error.
         #[serde(skip_serializing_if = "Invalid::is_usual")]
         invalid: Invalid = or (Invalid::default()), INVALID;
     }
@@ -133,7 +133,7 @@ section! {
         max_gap_s: f64 = or (1.0), Kind::Number(DURATION);
         /// What to do with fixes that have no attitude; error.
         outside: OutsideRule = or (OutsideRule::default()), OUTSIDE;
-        /// Added to the stamps, seconds; 0.
+        /// Added to the time stamps, seconds; 0.
         time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
     }
 }
