@@ -72,7 +72,7 @@ pub enum JoinError {
         found: String,
     },
     /// A part that was stopped within a line.
-    #[error("{}: its last line is torn; finish this part first, with its own command and --resume", file.display())]
+    #[error("{}: its last line is cut off; finish this part first, with its own command and --resume", file.display())]
     Torn {
         /// The ledger.
         file: PathBuf,

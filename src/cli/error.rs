@@ -196,7 +196,7 @@ pub enum CliError {
         procedure: &'static str,
     },
     /// A plan of a procedure that has none.
-    #[error("{}: procedure: found \"{procedure}\", expected a procedure that plans passes; what a {procedure} survey would determine its budget says", file.display())]
+    #[error("{}: procedure: found \"{procedure}\", expected a procedure that plans passes; boresight budget says what a {procedure} survey would determine", file.display())]
     NoPlan {
         /// The file.
         file: PathBuf,

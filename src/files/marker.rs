@@ -32,7 +32,7 @@ pub struct Ours {
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
     /// A file is in the way that the program did not write.
-    #[error("{}: whole file: found {}, expected another folder for --out: nothing is replaced that boresight did not write", file.display(), if *changed { "a file that was changed after boresight wrote it" } else { "a file that boresight did not write" })]
+    #[error("{}: whole file: found {}, expected another folder for --out: boresight replaces only files that it wrote", file.display(), if *changed { "a file that was changed after boresight wrote it" } else { "a file that boresight did not write" })]
     NotOurs {
         /// The file.
         file: PathBuf,

@@ -269,7 +269,7 @@ pub fn read_text(path: &Path) -> Result<String, FormatError> {
             FaultKind::BadValue,
             path,
             place,
-            "bytes that are no UTF-8",
+            "bytes that are not UTF-8",
             "a text in UTF-8",
         )
     })

@@ -76,7 +76,7 @@ pub fn of_text(file: &Path, text: &str) -> Result<&'static dyn Procedure, Survey
     Err(match value {
         None => document.problem(&[KEY], "nothing", expected(None)).into(),
         Some(None) => {
-            let found = "a value that is no text";
+            let found = "a value that is not text";
             document.problem(&[KEY], found, expected(None)).into()
         }
         Some(Some(name)) => mistyped(&document, file, name),

@@ -104,7 +104,7 @@ pub(super) fn caught<T, E: From<ParquetError>>(
     decode: impl FnOnce() -> Result<T, E>,
 ) -> Result<T, E> {
     catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| {
-        let said = "the decoder lost its way".to_owned();
+        let said = "compressed data that cannot be decoded".to_owned();
         Err(ParquetError::General(said).into())
     })
 }

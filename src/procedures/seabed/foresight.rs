@@ -71,8 +71,7 @@ fn shifted(bias: Parameters) -> Effect {
     Ok((bias, Covariance::zeros()))
 }
 
-const HELD: &str =
-    "held by the survey: the error goes where it finds least resistance, which trials show";
+const HELD: &str = "held by the survey: trials show where the error goes";
 
 /// What a source of a scenario does to its parameters.
 fn effect(source: &str, scenario: &SeabedScenario, joint: &Joint) -> Effect {

@@ -288,14 +288,14 @@ impl SeabedPlan {
 
     fn notes(&self) -> Vec<String> {
         let mut notes = vec![
-            "each line is foreseen together with all lines before it, on one bed of the scenario's relief; another bed changes the figures by \
+            "each line is predicted together with all lines before it, on one bed of the scenario's relief; another bed changes the figures by \
              several per cent"
                 .to_owned(),
             "only what the survey states of its own errors is counted; ripples and boulders of the scenario are on the bed, but not in the model of it"
                 .to_owned(),
         ];
         if !self.ask.keep_passes {
-            notes.push("from scratch: the scenario's first line counts as sailed, for no line tells anything alone".to_owned());
+            notes.push("from scratch: the scenario's first line counts as sailed, as one line alone determines nothing".to_owned());
         }
         notes
     }

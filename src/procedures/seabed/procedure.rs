@@ -179,7 +179,7 @@ impl Against {
             table.row([name.clone(), found.beams.to_string(), mean, rms]);
         }
         let apart = if self.apart() {
-            "They lie apart: a sign, an arm, an angle or the sound speed is not as the sounder\nhas it. Look at that before the calibration is used.\n"
+            "They do not agree: a sign, an arm, an angle or the sound speed is not as the\nsounder has it. Check that before you use the calibration.\n"
         } else {
             ""
         };

@@ -58,7 +58,7 @@ impl Bounds {
         }
         if field.sigma_m > self.sigma_m[1] * 0.99 || is_waves(field, tile_m) {
             return Some(format!(
-                "the ground is waves or steps, not the random relief that the sigmas are made for: as such it would be {:.1} m high and \
+                "the ground has waves or steps, not the random relief that the sigmas assume: as random relief it would be {:.1} m high and \
                  correlated over {:.0} m, from tiles of {tile_m:.0} m",
                 field.sigma_m, field.length_m
             ));

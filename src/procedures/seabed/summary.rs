@@ -334,7 +334,7 @@ fn counts(outcome: &SeabedOutcome, scene: &Scene, read: usize) -> BTreeMap<Strin
         rejected.insert("off their line's surface".to_owned(), joint.screened as u64);
         rejected.insert("by their residual".to_owned(), residual as u64);
         let rest = on_lines - joint.screened - residual - used;
-        rejected.insert("not drawn for a tile".to_owned(), rest as u64);
+        rejected.insert("not selected for a tile".to_owned(), rest as u64);
     } else {
         rejected.insert("not adjusted".to_owned(), on_lines as u64);
     }
@@ -350,7 +350,7 @@ fn notes(outcome: &SeabedOutcome) -> Vec<String> {
     let judged = match &outcome.joint {
         Some(Ok((joint, judged))) => {
             let held = (joint.field.noise_factor == CLAIMED).then(|| {
-                "the relief swallows the noise of the soundings, which was held at the claimed one"
+                "the noise of the soundings cannot be separated from the relief and was held at the claimed value"
                     .to_owned()
             });
             judged.noted().chain(held).collect()

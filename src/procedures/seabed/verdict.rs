@@ -177,7 +177,7 @@ fn whole(joint: &Joint, config: &VerdictConfig) -> Vec<Reason> {
             format!(
                 "the sum of squares is {fit:.2} times its degrees of freedom, outside {low} to {high}"
             ),
-            "the claimed noise, the water or the lines do not belong together",
+            "the claimed noise, the water or the lines do not fit together",
         );
     }
     if let Some(words) = Bounds::default().reached(&joint.field, joint.tile_m) {
@@ -243,7 +243,7 @@ fn by_priors(joint: &Joint, config: &VerdictConfig) -> Vec<Reason> {
                 "the {} comes out at {off:.4} although it is known to {prior}: {sigmas:.0} sigmas",
                 PARAMETERS[k].0.replace('_', " ")
             ),
-            advice: "something of its kind is wrong: look at it, or say that it is known less well"
+            advice: "something of its kind is wrong: check it, or state that it is known less well"
                 .to_owned(),
             parameters: all(),
         })

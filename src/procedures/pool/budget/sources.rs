@@ -232,7 +232,7 @@ const TARGET_FLATNESS: About = about!(
 );
 const TARGET_POSE: About = about!(
     "target_pose",
-    "target pose beforehand",
+    "target pose as stated",
     "constant, plus normal once per survey where the scenario gives a sigma; refined from the laser points",
     [
         "target.prior_offset_m",
@@ -275,8 +275,8 @@ const MULTIPATH: About = about!(
 );
 const BODIES: About = about!(
     "bodies",
-    "bodies in the way",
-    "solid boxes at rest or moving; no chance in it",
+    "obstacles in the way",
+    "solid boxes at rest or moving; not random",
     ["disturbance.body"],
     [],
     SCENARIO

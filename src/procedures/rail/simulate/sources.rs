@@ -78,7 +78,7 @@ impl RailSource {
         (
             Self::Dust,
             "dust",
-            "a fraction of the points, uniform before the rail",
+            "a fraction of the points, uniform in front of the rail",
         ),
         (
             Self::Occlusion,
