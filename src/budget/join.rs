@@ -425,7 +425,7 @@ mod tests {
         let file = part(4).join("together.csv");
         let whole = std::fs::read(&file).expect("bytes");
         std::fs::write(&file, &whole[..whole.len() - 3]).expect("torn");
-        assert!(said(&[1, 4]).contains("its last line is torn"));
+        assert!(said(&[1, 4]).contains("its last line is cut off"));
         let text = String::from_utf8(whole).expect("text");
         let zeros = "0".repeat(64);
         for (from, to, expected) in [

@@ -87,7 +87,7 @@ const CASES: &[Case] = &[
         &["survey.toml: whole file: found an empty file, expected TOML"]),
     ("no TOML", "csv", |f| replace(f, "survey.toml", "azimuth_deg =", "azimuth_deg"),
         &["survey.toml: line 8", "expected TOML"]),
-    ("no UTF-8", "csv", |f| write(f, "survey.toml", b"name = \"\xff\""),
+    ("not UTF-8", "csv", |f| write(f, "survey.toml", b"name = \"\xff\""),
         &["survey.toml: byte 8: found bytes that are not UTF-8"]),
     ("missing trajectory", "csv", |f| std::fs::remove_file(f.join("trajectory.csv")).expect("remove"),
         &["survey.toml: line 12, [trajectory] path: found \"trajectory.csv\", no such file, expected a file, its path"]),
