@@ -43,7 +43,7 @@ function abscissa(last, at, box, height) {
 function outerMarks(marks, at, box, height) {
   return marks.flatMap(({ place, name }) => [
     svg("line", { x1: at.x(place), x2: at.x(place), y1: box.top, y2: height - box.bottom, stroke: INK.mark, "stroke-dasharray": "3 3" }),
-    text(at.x(place) - 4, box.top + 9, name, { class: "soft", "text-anchor": "end" })]);
+    text(at.x(place) + (place === 1 ? 4 : -4), box.top + 9, name, { class: "soft", "text-anchor": place === 1 ? "start" : "end" })]);
 }
 
 function seriesLine(s, turn, at) {
@@ -120,7 +120,7 @@ function buildCorrections() {
 // WHAT THE DATA DETERMINE
 
 function heatMap(matrix, title, names) {
-  const small = names.length > 8, cell = small ? 38 : 56, left = 8 + 6.5 * Math.max(...names.map(name => name.length)), turned = left > cell, top = turned ? left : 24, size = cell * names.length;
+  const small = names.length > 8, cell = small ? 38 : 56, left = 10 + 7.2 * Math.max(...names.map(name => name.length)), turned = left > cell, top = turned ? left : 24, size = cell * names.length;
   const cells = matrix.flatMap((row, i) => row.flatMap((value, j) => {
     const dark = Math.abs(value) > 0.75 && i !== j, place = small ? 1 : Math.abs(value) > 0.95 && i !== j ? 3 : 2;
     return [svg("rect", { x: left + j * cell, y: top + i * cell, width: cell - 1.5, height: cell - 1.5, fill: i === j ? "var(--wash)" : css(diverging(value)) }),

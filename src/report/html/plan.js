@@ -70,7 +70,7 @@ function buildChart(passes, colours) {
   if (!placed.length) return;
   const [lat0, lon0] = placed[0].pass.begin_deg, metres = ([lat, lon]) => [(lon - lon0) * 111320 * Math.cos(lat0 * Math.PI / 180), (lat - lat0) * 110870];
   const ends = placed.map(({ pass }) => [metres(pass.begin_deg), metres(pass.end_deg)]), all = ends.flat(), span = k => [Math.min(...all.map(p => p[k])), Math.max(...all.map(p => p[k]))];
-  const [[west, east], [south, north]] = [span(0), span(1)], size = Math.min(700 / Math.max(east - west, 1), 480 / Math.max(north - south, 1)), left = 60, top = 20, width = left + (east - west) * size + 60, height = top + (north - south) * size + 60;
+  const [[west, east], [south, north]] = [span(0), span(1)], size = Math.min(Math.min(700, ROOM - 120) / Math.max(east - west, 1), 480 / Math.max(north - south, 1)), left = 60, top = 20, width = left + (east - west) * size + 60, height = top + (north - south) * size + 60;
   const at = ([x, y]) => [left + (x - west) * size, top + (north - y) * size], same = {};
   const drawn = placed.map(({ pass, kind }, k) => {
     const [[x1, y1], [x2, y2]] = ends[k].map(at), key = [x1 + x2, y1 + y2].map(v => v.toFixed(0)).join(), n = same[key] = (same[key] || 0) + 1, far = Math.hypot(x2 - x1, y2 - y1) || 1, [u, v] = [(x2 - x1) / far, (y2 - y1) / far], off = 6 * (n - 1) * (u + v < 0 ? -1 : 1), [dx, dy] = [-v * off, u * off];
@@ -91,11 +91,11 @@ function buildCourses() {
   if (!RESULT.faces_from_above_m.length) return buildChart(passes, colours);
   const faces = RESULT.faces_from_above_m, along = [...faces.flat().map(p => p[0]), ...passes.flatMap(({ pass }) => [pass.from_m, pass.to_m])], far = Math.max(...passes.map(({ pass }) => pass.distance_m));
   const low = Math.min(...along) - 1, high = Math.max(...along) + 1, behind = Math.max(0.6, ...faces.flat().map(p => p[1])) + 0.4;
-  const size = Math.min(860 / (high - low), 520 / (far + behind + 1.4)), left = 52, top = 12, width = left + (high - low) * size + 150, height = top + (far + behind + 1.2) * size + 34;
+  const size = Math.min(Math.min(860, ROOM - 202) / (high - low), 520 / (far + behind + 1.4)), left = 52, top = 12, width = left + (high - low) * size + 150, height = top + (far + behind + 1.2) * size + 34;
   const at = (y, x) => [left + (high - y) * size, top + (behind - x) * size];
   const wall = faces.map(face => svg("polygon", { points: face.map(p => at(p[0], p[1]).map(v => v.toFixed(1)).join(",")).join(" "), fill: "#d9c9a8", "fill-opacity": 0.55, stroke: "#8a7443", "stroke-width": 0.8 }));
   const depth = ticks(0, far, 5).flatMap(d => [svg("line", { x1: left, x2: at(low, 0)[0], y1: at(0, -d)[1], y2: at(0, -d)[1], stroke: INK.line }), text(left - 6, at(0, -d)[1] + 4, short(d), { "text-anchor": "end", class: "soft" })]);
-  const across = ticks(low, high, 8).map(y => text(at(y, 0)[0], height - 20, short(y), { "text-anchor": "middle", class: "soft" }));
+  const across = ticks(low, high, Math.max(3, Math.min(8, (high - low) * size / 50))).map(y => text(at(y, 0)[0], height - 20, short(y), { "text-anchor": "middle", class: "soft" }));
   const groups = {};
   passes.forEach(one => { const key = one.pass.distance_m; (groups[key] = groups[key] || []).push(one); });
   const courses = Object.values(groups).flatMap(list => list.sort((a, b) => "candidate chosen sailed".indexOf(a.kind) - "candidate chosen sailed".indexOf(b.kind)).flatMap((one, k) => course(one, k, list.length, at, colours)));

@@ -3,6 +3,9 @@
 /** Colours of things without an order. */
 const WHEEL = ["#2a6fbb", "#e07b00", "#2f9e5f", "#c0392b", "#7d4fb3", "#8c6239", "#d64f96", "#17a2a8", "#a3a300", "#4b5bd1", "#e0a899", "#6f8f3a", "#1f4e5f", "#b08bd6"];
 
+/** The widest picture that a section has room for without being made smaller, px. */
+const ROOM = Math.min(1146, document.documentElement.clientWidth - 46);
+
 /** A section that is made when it has something to show. */
 function add(id, heading, ...children) {
   const node = el("section", { id }, el("h2", {}, heading), ...children);
@@ -56,7 +59,8 @@ function logTicks(low, high, count) {
 const besideLabels = (labels, least) => Math.max(least, 26 + 7.2 * Math.max(0, ...labels.map(([, label]) => label.length)));
 
 /** A plot of curves. x, y: { label, log, words, whole, also }; series: { name, colour, dash, points, dots, line, size }; marks: level lines { y, name }. */
-function plot({ title, sub, x, y, series, marks = [], width = 380, height = 260 }) {
+function plot({ title, sub, x, y, series, marks = [], width: asked = 380, height = 260 }) {
+  const width = Math.max(300, Math.min(asked, ROOM));
   const seen = series.map(s => ({ ...s, points: s.points.filter(p => !missing(p[0]) && !missing(p[1]) && (!y.log || p[1] > 0)) })).filter(s => s.points.length);
   const head = el("h3", {}, title, sub ? el("small", {}, `  ${sub}`) : "");
   if (!seen.length) return el("figure", {}, head, note("nothing to show"));

@@ -81,7 +81,8 @@ function rmsOf(plane, path) {
 /** Pixels per metre, so that the widest map of all paths fits the page. */
 function mapScale(list, paths) {
   const widest = Math.max(...list.map(plane => plane.bounds.high[0] - plane.bounds.low[0]));
-  return Math.min(60, (1146 - 16 * paths.length) / Math.min(3, paths.length) / widest);
+  const beside = ROOM < 700 ? 1 : Math.min(3, paths.length);
+  return Math.min(60, (ROOM - 16 * beside) / beside / widest);
 }
 
 function buildMaps() {

@@ -43,7 +43,7 @@ function buildResiduals() {
   const size = { width: 430, height: 260 }, each = of => NAMES.map((name, k) => ({ name, colour: WHEEL[k], ...of(k) }));
   add("residuals", "Residuals of the joint solution", keys([...NAMES.map((name, k) => ({ name, colour: WHEEL[k], dash: "" })), NORMAL_KEY]),
     el("div", { class: "row2" }, againstNormal("By profiler", `${grouped(all.length)} points`, each(k => ({ values: ofProfiler(k).map(r => r.joint_mm / r.stated_mm) })), size),
-      plot({ title: "Along the profile", sub: "means, bars: two sigmas of them", x: { label: "length along the standard profile from its start, mm" }, y: { label: "mean distance, mm", also: [0] }, series: each(k => ({ points: alongProfile(k), line: false })), marks: [{ y: 0, name: "", colour: INK.mark }], ...size }),
+      plot({ title: "Along the profile", sub: "means, bars: two sigmas of them", x: { label: "length along the standard profile, mm" }, y: { label: "mean distance, mm", also: [0] }, series: each(k => ({ points: alongProfile(k), line: false })), marks: [{ y: 0, name: "", colour: INK.mark }], ...size }),
       plot({ title: "Mean at each position", x: { label: "position of the table", whole: true }, y: { label: "mean distance, mm" }, series: each(k => ({ points: byPosition(k) })), marks: [{ y: 0, name: "", colour: INK.mark }], ...size })),
     note("Means off zero along a piece of the profile: the rail is worn or not the one that the survey names; off zero at some positions: the table's turns or the INS."));
   const rows = byElement(), end = roundUp(1.2 * Math.max(...rows.map(({ own }) => Math.abs(mean(own.map(r => r.joint_mm))) + rms(own.map(r => r.joint_mm)))), [1, 1.5, 2, 3, 4, 5, 7, 10]), half = Math.ceil(rows.length / 2);

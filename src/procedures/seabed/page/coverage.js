@@ -3,7 +3,7 @@
 /** A map of cells east and north: of each its middle and a part from 0 to 1. */
 function cellMap(label, cells, part) {
   const ends = k => cells.reduce(([low, high], cell) => [Math.min(low, cell.at_m[k]), Math.max(high, cell.at_m[k])], [Infinity, -Infinity]);
-  const [east, north] = [ends(0), ends(1)], side = VIEWS.cell_m, size = Math.min(540 / (east[1] - east[0] + side), 420 / (north[1] - north[0] + side));
+  const [east, north] = [ends(0), ends(1)], side = VIEWS.cell_m, size = Math.min(Math.min(540, ROOM - 6) / (east[1] - east[0] + side), 420 / (north[1] - north[0] + side));
   const width = Math.round((east[1] - east[0] + side) * size), height = Math.round((north[1] - north[0] + side) * size);
   const canvas = el("canvas", { width: 2 * width, height: 2 * height, style: `width:${width}px`, role: "img", "aria-label": label }), pen = canvas.getContext("2d"), edge = 2 * size * side;
   for (const cell of cells) {

@@ -6,7 +6,7 @@ function matchMap(pair) {
   const turn = (east, north) => [east * s + north * c, north * s - east * c];
   const arrows = pair.places_m.map(([e1, n1, e2, n2]) => ({ at: turn(e1, n1), by: turn(e2 - e1, n2 - n1) }));
   const ends = k => arrows.reduce(([low, high], a) => [Math.min(low, a.at[k]), Math.max(high, a.at[k])], [Infinity, -Infinity]);
-  const [right, up] = [ends(0), ends(1)], pad = 26, size = Math.min(1080 / Math.max(right[1] - right[0], 1), 260 / Math.max(up[1] - up[0], 1));
+  const [right, up] = [ends(0), ends(1)], pad = 26, size = Math.min((ROOM - 66) / Math.max(right[1] - right[0], 1), 260 / Math.max(up[1] - up[0], 1));
   const width = Math.max(300, (right[1] - right[0]) * size + 2 * pad), height = (up[1] - up[0]) * size + 2 * pad;
   const longest = Math.max(1e-3, ...arrows.map(a => Math.hypot(...a.by))), stretch = 24 / longest;
   const marks = arrows.map(({ at, by }) => {

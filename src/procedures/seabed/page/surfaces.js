@@ -24,7 +24,7 @@ function cellBounds(cells) {
 
 function differenceMap(pair, cells, solution, end) {
   const { right, up } = cellBounds(cells), side = VIEWS.cell_m, span = range => range[1] - range[0] + 2 * side;
-  const size = Math.min(1140 / span(right), 230 / span(up)), width = Math.round(span(right) * size), height = Math.round(span(up) * size);
+  const size = Math.min((ROOM - 6) / span(right), 230 / span(up)), width = Math.round(span(right) * size), height = Math.round(span(up) * size);
   const name = SOLUTION_NAMES[VIEWS.solutions[solution]], course = SEA.layout.tracks[pair.lines[0]].course_deg / DEGREE;
   const canvas = el("canvas", { width: 2 * width, height: 2 * height, style: `width:${width}px`, role: "img", "aria-label": `difference of lines ${pair.lines.map(lineName).join(" and ")}, ${name}` });
   const pen = canvas.getContext("2d"), edge = 2 * size * side;
