@@ -11,9 +11,9 @@ function lineChart({ title, x, y, log, series, marks }) {
   let low = Math.min(...all), high = Math.max(...all);
   [low, high] = log ? [Math.floor(low - 1e-9), Math.ceil(high + 1e-9)] : low === high ? [low - 1, high + 1] : [low - 0.05 * (high - low), high + 0.05 * (high - low)];
   const levels = ordinateTicks(low, high, log), box = { left: besideLabels(levels, 68), right: 10, top: 12, bottom: 42 };
-  const last = Math.max(2, ...shown.flatMap(s => s.points.map(p => p[0])));
-  const at = { x: v => box.left + (v - 1) / (last - 1) * (width - box.left - box.right), y: v => height - box.bottom - (v - low) / (high - low) * (height - box.top - box.bottom) };
-  const parts = [...ordinate(levels, at, box, width), ...abscissa(last, at, box, height), ...outerMarks(marks || [], at, box, height)];
+  const places = shown.flatMap(s => s.points.map(p => p[0])), first = Math.min(1, ...places), last = Math.max(2, ...places);
+  const at = { x: v => box.left + (v - first) / (last - first) * (width - box.left - box.right), y: v => height - box.bottom - (v - low) / (high - low) * (height - box.top - box.bottom) };
+  const parts = [...ordinate(levels, at, box, width), ...abscissa(first, last, at, box, height), ...outerMarks(marks || [], at, box, height)];
   parts.push(text(11, (box.top + height - box.bottom) / 2, y, { transform: `rotate(-90 11 ${(box.top + height - box.bottom) / 2})`, "text-anchor": "middle", class: "soft" }),
     text((box.left + width - box.right) / 2, height - 6, x, { "text-anchor": "middle", class: "soft" }));
   const lines = shown.map(s => seriesLine(s, turn, at));
@@ -34,9 +34,9 @@ function ordinate(levels, at, box, width) {
     text(box.left - 7, at.y(v) + 4, label, { "text-anchor": "end", class: "soft" })]);
 }
 
-function abscissa(last, at, box, height) {
-  const step = Math.max(1, Math.ceil(last / 12)), list = [];
-  for (let v = 1; v <= last; v += step) list.push(text(at.x(v), height - box.bottom + 16, String(v), { "text-anchor": "middle", class: "soft" }));
+function abscissa(first, last, at, box, height) {
+  const step = Math.max(1, Math.ceil((last - first) / 12)), list = [];
+  for (let v = first; v <= last; v += step) list.push(text(at.x(v), height - box.bottom + 16, String(v), { "text-anchor": "middle", class: "soft" }));
   return list;
 }
 

@@ -47,11 +47,11 @@ function notOffered() {
 
 function candidateBars(parameter, i) {
   const rows = OFFERED.map(({ pass, six, k }) => ({ name: RESULT.faces_from_above_m.length ? shortName(pass) : pass.name, six, k })).filter(r => !missing(r.six[i])), chosen = RESULT.chosen.length ? RESULT.chosen[0].candidate : -1;
-  const sailed = shownOf(RESULT.sailed_standard_deviation), width = 380, left = Math.max(60, 6.3 * Math.max(...rows.map(r => r.name.length)) + 10), right = 44, row = 17, top = 4, bottom = top + row * rows.length;
+  const sailed = shownOf(RESULT.sailed_standard_deviation), width = 380, left = Math.max(60, 6.3 * Math.max(...rows.map(r => r.name.length)) + 10), right = 56, row = 17, top = 4, bottom = top + row * rows.length;
   const values = rows.filter(r => r.six).map(r => r.six[i]), end = 1.05 * Math.max(...values, sailed && !missing(sailed[i]) ? sailed[i] : 0, 1e-12), at = v => left + v / end * (width - left - right);
   const bars = rows.flatMap((r, k) => [text(left - 6, top + (k + 0.5) * row + 4, r.name, { "text-anchor": "end", style: `font-size:11px${r.k === chosen ? ";font-weight:700" : ""}` }),
     svg("rect", { x: left, y: top + k * row + 3, width: Math.max(0.5, at(r.six[i]) - left), height: row - 5, fill: COLOURS[i], "fill-opacity": r.k === chosen ? 1 : 0.5 }),
-    text(at(r.six[i]) + 4, top + (k + 0.5) * row + 4, short(r.six[i]), { class: "soft over", style: "font-size:11px" })]);
+    text(width - 2, top + (k + 0.5) * row + 4, short(r.six[i]), { "text-anchor": "end", class: "soft", style: "font-size:11px" })]);
   const lines = [[WANTED[i], "#1a7f4b"], ...(sailed && !missing(sailed[i]) ? [[sailed[i], "#5b6b78"]] : [])].filter(([v]) => v <= end).map(([v, colour]) => svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "5 3" }));
   return el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  sigma, ${parameter.unit}`)), picture(width, bottom + 6, `candidates, ${parameter.name}`, lines, bars));
 }

@@ -21,7 +21,7 @@ function bounds() {
   if (!all.length) return [];
   const rows = all.map(bound => [el("code", {}, bound.code), bound.estimate, number(digits(bound.chi_square, 1)), number(bound.degrees_of_freedom), number(probability(bound.p_value)), number(short(bound.largest_effect_in_sigmas))]);
   return el("details", {}, el("summary", {}, `${all.length} other possible errors were tested for`),
-    table(["code", "one-step estimate", number("chi-square"), number("degrees"), number("p"), number("would move, sigma")], rows));
+    table(["code", "one-step estimate", number("chi-square"), number("degrees of freedom"), number("p"), number("would move, sigma")], rows));
 }
 
 function buildVerdict() {

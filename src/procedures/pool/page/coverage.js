@@ -51,5 +51,5 @@ function buildCoverage() {
   const grids = list.map(densityOf), values = grids.flatMap(grid => Array.from(grid.density.filter(value => value))).sort((a, b) => a - b);
   const end = roundUp(values[Math.floor(0.98 * (values.length - 1))] || 1, [1, 1.5, 2, 3, 4, 5, 6, 8, 10]);
   add("coverage", "Coverage of the faces", densityLegend(end, "soundings per m\u00b2"), el("div", { class: "maps" }, list.map((plane, k) => densityMap(plane, grids[k], end, mapScale(list, [COVERAGE_PATH])))),
-    note("Soundings that the calibration used, placed with the mounting found. A face with soundings in one spot only says little about its tilt."));
+    note("Soundings that the calibration used, placed with the mounting found. Where the soundings of a face lie in one spot, they say little about its tilt."));
 }

@@ -39,6 +39,6 @@ function buildResiduals() {
     keys([...paths.map(path => ({ name: `${path.name}: mean`, colour: path.colour, dash: "" })), ...paths.map(path => ({ name: `${path.name}: RMS`, colour: path.colour, dash: "5 3" })), NORMAL_KEY]),
     el("div", { class: "row2" }, residualPlot(paths, "By beam angle", "across-track angle, deg, positive to starboard", SOUNDINGS.across, 30),
       residualPlot(paths, "By range", "slant range, m", SOUNDINGS.range, 25), residualPlot(paths, "By time", "time since the first sounding, s", SOUNDINGS.time, 40), histogram(paths)),
-    note("Each dot is the mean of as many soundings as any other. A slope over the angle is a roll error or a wrong sound speed; over the range, a scale or a range offset; a wave over time, a drift of the INS, which the joint path estimates and which is still in these residuals. ",
+    note("Each dot is the mean of the same number of soundings. A slope over the angle is a roll error or a wrong sound speed; over the range, a scale or a range offset; a wave over time, a drift of the INS, which the joint path estimates and which is still in these residuals. ",
       "A histogram narrower than its curve: the noise is stated too large; wider: too small, or the model does not fit."));
 }

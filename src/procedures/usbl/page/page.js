@@ -39,7 +39,7 @@ function meanWay(verified, scaled) {
 function namePlaces(spots, taken) {
   const boxes = [...taken], apart = (a, b) => a[0] + a[2] < b[0] || b[0] + b[2] < a[0] || a[1] + a[3] < b[1] || b[1] + b[3] < a[1];
   return spots.map(({ name, place: [x, y], left }) => {
-    const wide = 7 * name.length, sides = left ? [-10, 10] : [10, -10];
+    const wide = 7 * name.length + 6, sides = left ? [-10, 10] : [10, -10];
     const all = [18, -10, 32, -24, 46, -38, 60].flatMap(dy => sides.map(dx => ({ x: x + dx, y: y + dy, anchor: dx < 0 ? "end" : "start", box: [dx < 0 ? x + dx - wide : x + dx, y + dy - 11, wide, 14] })));
     const free = all.find(one => boxes.every(box => apart(box, one.box))) || all[0];
     boxes.push(free.box);
