@@ -5,7 +5,17 @@
 //! repeat them. Every entry names the public document that settles it; what none settles is left out and said to be.
 
 use crate::math;
-use crate::results::{Convention, ConventionField as Field, MountingAngles, MountingResult};
+use crate::results::{
+    Convention, ConventionField as Field, MountingAngles, MountingResult, Solutions,
+};
+
+/// The deciding solution's mountings in other programs' senses, where they may be used.
+#[must_use]
+pub fn deciding(solutions: &Solutions, usable: bool) -> Vec<Convention> {
+    let deciding = solutions.deciding().filter(|_| usable);
+    let mountings = deciding.map_or(&[][..], |s| &s.mountings);
+    mountings.iter().flat_map(conventions).collect()
+}
 
 /// The mounting in the senses of the five makers' programs; empty without a lever arm.
 #[must_use]

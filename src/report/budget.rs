@@ -548,12 +548,16 @@ pub(super) fn good_to_percent(trials: u64) -> f64 {
 }
 
 fn heading(sweep: &Sweep, path: &str) -> String {
+    let path = match path.strip_suffix("_projected") {
+        Some(name) => format!("{name} path (projected)"),
+        None => format!("{path} path"),
+    };
     if sweep.trials == 0 {
-        return format!("RMS error by propagation, {path} path");
+        return format!("RMS error by propagation, {path}");
     }
     let one = good_to_percent(sweep.trials);
     format!(
-        "RMS error, {path} path: {} trials at each value under the same seeds, each figure good to {one:.0} %",
+        "RMS error, {path}: {} trials at each value under the same seeds, each figure good to {one:.0} %",
         sweep.trials
     )
 }

@@ -161,7 +161,10 @@ fn other(result: &Calibration, title: &str, software: &str, values: &Card) -> St
         parts.push(wrapped(&format!("Check before entering: {seen}.")));
     }
     if entries().next().is_none() {
-        parts.push("This procedure gives no angles and lever arm of a sonar.".to_owned());
+        parts.push(wrapped(
+            "This result gives no angles and lever arm of one sonar head. Where a sounder has two arrays, add the correction to \
+             the records of both.",
+        ));
     }
     parts.extend(entries().map(|entry| conventional(entry, values)));
     if entries().any(left_out) {

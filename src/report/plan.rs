@@ -264,7 +264,10 @@ fn state(result: &PlanResult) -> String {
         (sailed, result.sailed_standard_deviation.as_ref()),
         ("the limit".to_owned(), result.floor.as_ref()),
     ];
-    let rows = rows.into_iter().map(|(word, six)| (vec![word], six));
+    let rows = rows
+        .into_iter()
+        .filter(|(word, six)| six.is_some() || word != "the limit")
+        .map(|(word, six)| (vec![word], six));
     let title = format!("Standard deviations, {}", units(result));
     format!("\n{title}\n{}", sigmas(result, &["with"], rows))
 }

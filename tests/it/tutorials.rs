@@ -137,3 +137,34 @@ fn the_pool_s_tutorial_leads_to_a_card_for_sis() {
         assert!(sigmas.abs() < 5.0, "{name}: {off} m, {sigmas} sigmas");
     }
 }
+
+/// The values of a card in Kongsberg's sense are the calibrated mounting's: pitch and heading the same numbers, forward before starboard.
+#[test]
+fn the_seabed_s_tutorial_leads_to_a_card_for_sis() {
+    let folder = simulated(&page("models/scenarios/seabed-thin.toml"));
+    let survey = folder.path().join("survey");
+    let given = ["calibrate", "survey.toml", "--method", "joint"];
+    let found = run(
+        &[&given[..], &["--export", "sis", "--out", "found"]].concat(),
+        &survey,
+    );
+    assert_eq!(found.status.code(), Some(0), "{}", words(&found));
+    let read = |name: &str| std::fs::read_to_string(survey.join("found").join(name)).expect(name);
+    let (card, result) = (read("card-sis.txt"), read("result.json"));
+    let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+    let mounting = &result["solutions"]["joint"]["mountings"][0];
+    let entered = |field: &str| -> f64 {
+        let line = card.lines().find(|l| l.trim_start().starts_with(field));
+        let words = line.expect(field).split_whitespace().nth(2);
+        words.expect("a value").parse().expect("a number")
+    };
+    // the card's four decimals
+    let agrees = |field: &str, value: &serde_json::Value| {
+        let off = entered(field) - value.as_f64().expect("a number");
+        assert!(off.abs() < 6e-5, "{field}: {off} in\n{card}");
+    };
+    agrees("Pitch,", &mounting["mounting_deg"]["pitch"]);
+    agrees("Heading,", &mounting["mounting_deg"]["heading"]);
+    agrees("X,", &mounting["lever_arm_m"][1]);
+    agrees("Y,", &mounting["lever_arm_m"][0]);
+}

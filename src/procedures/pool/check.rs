@@ -167,7 +167,7 @@ fn expected(predicted: &Predicted) -> String {
 fn pass_line(k: usize, pass: &PassSpan) -> String {
     let ((begin, end), (low, mean, high)) = (pass.time_s, pass.distance_m);
     format!(
-        "Pass {}: {:.1} s, {} soundings on the target, {mean:.1} m from the wall ({low:.1} to {high:.1} m)\n",
+        "Pass {}: {:.1} s, {} soundings on the target, {mean:.1} m ({low:.1} to {high:.1}) from the wall\n",
         k + 1,
         end - begin,
         pass.soundings

@@ -190,6 +190,7 @@ fn in_words(survey: &LoadedRail, scene: &RailScene, preview: &verdict::Preview) 
         heading.to_degrees(),
         pitch.to_degrees()
     );
+    text.push_str("Points, and the standard deviations to expect of the joint path\n");
     let _ = writeln!(text, "{}\n", seen(preview, survey));
     for words in &preview.words {
         let _ = writeln!(text, "{words}");

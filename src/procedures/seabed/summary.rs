@@ -15,6 +15,7 @@ use super::simulate::SeabedTruth;
 use super::verdict::{Judgement, Reason};
 use super::views::views;
 use crate::adjust::Unit;
+use crate::calibrate::conventions;
 use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
 use crate::calibrate::solution::{Mounted, iterations, matrices, parameter};
@@ -59,11 +60,15 @@ pub(super) fn result(
     };
     let verdict = verdict(outcome, solutions.reference.as_ref());
     let deciding = solutions.deciding().is_some_and(|s| s.usable);
+    let usable = verdict.state.is_usable() && deciding;
+    // two arrays are two records in those programs, and one mounting is neither of them
+    let one_head = input.scene.arrays.is_none();
+    let conventions = conventions::deciding(&solutions, usable && one_head);
     Calibration {
         schema: SCHEMA,
         procedure: "seabed".to_owned(),
         provenance,
-        usable: verdict.state.is_usable() && deciding,
+        usable,
         reason: verdict.reason(),
         verdict,
         counts: counts(outcome, input.scene, read),
@@ -72,7 +77,7 @@ pub(super) fn result(
         residual_rms_m: BTreeMap::new(),
         notes: notes(outcome),
         details: details(outcome),
-        conventions: vec![],
+        conventions,
     }
 }
 

@@ -143,7 +143,7 @@ const cells = six => { const shown = shownOf(six); return shown ? shown.map(v =>
 function buildTables() {
   const pass = p => [p.name, number(`${short(p.from_m)} to ${short(p.to_m)}`)];
   add("tables", "Standard deviations",
-    table(["with", ...UNITS], [["wanted", ...cells(RESULT.wanted)], [RESULT.sailed.length ? "as sailed so far" : "nothing sailed", ...cells(RESULT.sailed_standard_deviation)], ["a million of each (limit)", ...cells(RESULT.floor)]]),
+    table(["with", ...UNITS], [["wanted", ...cells(RESULT.wanted)], [RESULT.sailed.length ? "as sailed so far" : "nothing sailed", ...cells(RESULT.sailed_standard_deviation)], ...(RESULT.floor ? [["a million of each (limit)", ...cells(RESULT.floor)]] : [])]),
     RESULT.chosen.length ? [el("h3", {}, "Order to sail"), table([number("#"), "pass", ...UNITS], RESULT.chosen.map((s, k) => [number(String(k + 1)), s.name, ...cells(s.standard_deviation)]))] : [],
     el("details", {}, el("summary", {}, "Candidates, if sailed next"), table([number("#"), "pass", number("Y, m"), number("soundings"), number("returns"), ...UNITS], RESULT.candidates.map((c, k) => [number(String(k + 1)), ...pass(c.pass), number(grouped(c.soundings)), number(grouped(c.returns)), ...cells(c.standard_deviation_if_next)]).filter((_, k) => !RESULT.candidates[k].refusal))));
 }

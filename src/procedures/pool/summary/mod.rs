@@ -32,8 +32,8 @@ use serde::Serialize;
 use super::config::{Drift, JointConfig, Planes};
 use super::run::{Method, PoolInput, PoolOutcome};
 use super::ties::{Reason, TieSet};
-use crate::calibrate::conventions::conventions;
-use crate::results::{Calibration, Convention, Provenance, SCHEMA, SensorCounts, Solutions};
+use crate::calibrate::conventions;
+use crate::results::{Calibration, Provenance, SCHEMA, SensorCounts, Solutions};
 use residuals::Residuals;
 
 /// Observations that were read but dropped before the calibration (no position; `outside = "drop"`).
@@ -92,16 +92,9 @@ pub fn result(
         details: serde_json::to_value(PoolDetails {
             target_pose: target_pose(outcome),
         })?,
-        conventions: tables(&solutions, usable),
+        conventions: conventions::deciding(&solutions, usable),
         solutions,
     })
-}
-
-/// The deciding mounting in other programs' senses, where it may be used.
-fn tables(solutions: &Solutions, usable: bool) -> Vec<Convention> {
-    let deciding = solutions.deciding().filter(|_| usable);
-    let mountings = deciding.map_or(&[][..], |s| &s.mountings);
-    mountings.iter().flat_map(conventions).collect()
 }
 
 /// One entry per path that was asked for, whether it came to run or not.
