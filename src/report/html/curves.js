@@ -2,7 +2,7 @@
 
 // SWATH
 
-const ORDER_COLOURS = { Exclusive: "#7c3aed", Special: "#1a7f4b", "1a": "#9a6700", "1b": "#9a6700", 2: "#b3261e" };
+const ORDER_COLOURS = { Exclusive: "var(--simple)", Special: "var(--good)", "1a": "var(--warn)", "1b": "var(--warn)", 2: "var(--bad)" };
 const COVARIANCE_WORDS = { reported: "mean of what the path reports", errors: "errors of the trials, bias included", propagated: "propagated through the derivatives, bias included", predicted: "predicted from one linearisation, without trials" };
 
 /** The paths that are drawn: the projected variant only where the configured one is missing. */
@@ -28,7 +28,7 @@ function swathPlot(limits, k, quantity, title) {
   const series = [...paths.flatMap(path => [
     { colour: BUDGET_PATHS[path.path].colour, points: line(path, "total"), dots: false },
     { colour: BUDGET_PATHS[path.path].colour, points: line(path, "calibration"), dots: false, dash: "2 3", thin: true }]),
-  ...(paths.length ? [{ colour: "#6b7883", points: line(paths[0], "sensors"), dots: false, dash: "7 4" }] : [])];
+  ...(paths.length ? [{ colour: "var(--soft)", points: line(paths[0], "sensors"), dots: false, dash: "7 4" }] : [])];
   const highest = Math.max(...series.flatMap(s => s.points.map(p => p[1])));
   return plot({ title: `${title} at ${short(limits.depth_m)} m`, sub: "95 %, m", x: { label: "beam from the vertical, deg" }, y: { label: "m", log: true }, series, marks: orderLevels(limits, quantity, highest), width: 310, height: 250 });
 }
@@ -46,7 +46,7 @@ function buildSwath() {
   if (!swath || !swath.paths.length) return;
   const paths = swathPaths();
   const entries = [...paths.map(p => ({ name: `${BUDGET_PATHS[p.path].name}: total`, colour: BUDGET_PATHS[p.path].colour, dash: "" })),
-    { name: "calibration alone", colour: BUDGET_PATHS[paths[0].path].colour, dash: "2 3" }, { name: "INS and sonar alone", colour: "#6b7883", dash: "7 4" }];
+    { name: "calibration alone", colour: BUDGET_PATHS[paths[0].path].colour, dash: "2 3" }, { name: "INS and sonar alone", colour: "var(--soft)", dash: "7 4" }];
   const figures = quantity => swath.limits.map((limits, k) => swathPlot(limits, k, quantity, quantity === "vertical_m" ? "Vertical" : "Horizontal"));
   add("swath", "What it means for a sounding", keys(entries), el("div", { class: "row4" }, figures("vertical_m")), el("div", { class: "row4" }, figures("horizontal_m")),
     note(`Limits: ${swath.standard}. Assumed: ${swath.assumptions}. Covariance of the calibration: `, swath.paths.map(p => `${BUDGET_PATHS[p.path].name.toLowerCase()}, ${COVARIANCE_WORDS[p.origin]}`).join("; "), "."),
@@ -65,12 +65,12 @@ function keyWords(key) {
 }
 
 const SWEEP_LINES = [
-  { path: "reference", name: "reference: RMS error", colour: "#b45309", of: s => s.rms, dash: "" },
-  { path: "reference", name: "reference: standard deviation", colour: "#b45309", of: s => s.standard_deviation, dash: "2 3", thin: true },
-  { path: "reference_projected", name: "reference, projected: RMS error", colour: "#6d5bb0", of: s => s.rms, dash: "" },
-  { path: "joint", name: "joint: RMS error", colour: "#0b63a5", of: s => s.rms, dash: "" },
-  { path: "joint", name: "joint: standard deviation", colour: "#0b63a5", of: s => s.standard_deviation, dash: "2 3", thin: true },
-  { path: "joint", name: "joint: what it reports", colour: "#1a7f4b", of: s => s.reported && s.reported.standard_deviation, dash: "7 4" },
+  { path: "reference", name: "reference: RMS error", colour: "var(--reference)", of: s => s.rms, dash: "" },
+  { path: "reference", name: "reference: standard deviation", colour: "var(--reference)", of: s => s.standard_deviation, dash: "2 3", thin: true },
+  { path: "reference_projected", name: "reference, projected: RMS error", colour: "var(--simple)", of: s => s.rms, dash: "" },
+  { path: "joint", name: "joint: RMS error", colour: "var(--joint)", of: s => s.rms, dash: "" },
+  { path: "joint", name: "joint: standard deviation", colour: "var(--joint)", of: s => s.standard_deviation, dash: "2 3", thin: true },
+  { path: "joint", name: "joint: what it reports", colour: "var(--good)", of: s => s.reported && s.reported.standard_deviation, dash: "7 4" },
 ].filter(line => RESULT.paths.some(p => p.path === line.path));
 
 function sweepCurves(sweep) {

@@ -5,11 +5,11 @@ function pullPlot(reported) {
   const values = [...reported.pull_rms, ...reported.pull_mean], reach = Math.max(1.2, ends.upper, ...values) * 1.06, low = Math.min(-0.3, ...values) * 1.1;
   const at = v => left + (v - low) / (reach - low) * (width - left - right);
   const grid = ticks(low, reach, 6).flatMap(v => [svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: INK.line }), text(at(v), bottom + 15, tickLabel(v, roundUp((reach - low) / 6)), { "text-anchor": "middle", class: "soft" })]);
-  const band = [svg("rect", { x: at(ends.lower), y: top, width: at(ends.upper) - at(ends.lower), height: bottom - top, fill: "#1a7f4b", "fill-opacity": 0.14 }),
-    svg("line", { x1: at(1), x2: at(1), y1: top, y2: bottom, stroke: "#1a7f4b" })];
+  const band = [svg("rect", { x: at(ends.lower), y: top, width: at(ends.upper) - at(ends.lower), height: bottom - top, fill: "var(--good)", "fill-opacity": 0.14 }),
+    svg("line", { x1: at(1), x2: at(1), y1: top, y2: bottom, stroke: "var(--good)" })];
   const rows = SOUGHT.flatMap((p, i) => {
     const y = top + (i + 0.5) * row, rms = reported.pull_rms[i], inside = rms >= ends.lower && rms <= ends.upper;
-    return [text(left - 8, y + 4, p.name, { "text-anchor": "end" }), svg("circle", { cx: at(rms), cy: y, r: 5, fill: inside ? "#0b63a5" : "#b3261e" }), svg("circle", { cx: at(reported.pull_mean[i]), cy: y, r: 4, fill: "#fff", stroke: "#0b63a5", "stroke-width": 1.6 })];
+    return [text(left - 8, y + 4, p.name, { "text-anchor": "end" }), svg("circle", { cx: at(rms), cy: y, r: 5, fill: inside ? "var(--joint)" : "var(--bad)" }), svg("circle", { cx: at(reported.pull_mean[i]), cy: y, r: 4, fill: "#fff", stroke: "var(--joint)", "stroke-width": 1.6 })];
   });
   return el("figure", {}, el("h3", {}, "Pulls of the joint path"), picture(width, bottom + 22, "pulls", grid, band, rows),
     el("figcaption", {}, "Error divided by reported sigma. Full dot: root mean square, 1 when the reported uncertainty is right; red outside the green interval (chi-square, for this number of trials). Ring: mean."));
@@ -26,7 +26,7 @@ function boundPlot() {
   const rows = SOUGHT.flatMap((p, i) => [text(left - 8, top + (i + 0.5) * row + 4, p.name, { "text-anchor": "end" }),
     ...paths.filter(path => Number.isFinite(ratio(path, p))).map((path, k) => svg("circle", { cx: across.at(ratio(path, p)), cy: top + (i + 0.5) * row + 6 * (k - (paths.length - 1) / 2), r: 4.5, fill: BUDGET_PATHS[path.path].colour }))]);
   return [el("figure", {}, el("h3", {}, "Standard deviation / Cramer-Rao bound"), keys(paths.map(path => ({ name: pathName(path), colour: BUDGET_PATHS[path.path].colour }))),
-    picture(width, bottom + 22, "standard deviation / bound", grid, svg("line", { x1: across.at(1), x2: across.at(1), y1: top, y2: bottom, stroke: "#1a7f4b", "stroke-width": 1.6 }), rows),
+    picture(width, bottom + 22, "standard deviation / bound", grid, svg("line", { x1: across.at(1), x2: across.at(1), y1: top, y2: bottom, stroke: "var(--good)", "stroke-width": 1.6 }), rows),
     el("figcaption", {}, "1 is the best that any unbiased path could do with these observations; the efficiency is the inverse square."))];
 }
 

@@ -52,13 +52,13 @@ function candidateBars(parameter, i) {
   const bars = rows.flatMap((r, k) => [text(left - 6, top + (k + 0.5) * row + 4, r.name, { "text-anchor": "end", style: `font-size:11px${r.k === chosen ? ";font-weight:700" : ""}` }),
     svg("rect", { x: left, y: top + k * row + 3, width: Math.max(0.5, at(r.six[i]) - left), height: row - 5, fill: COLOURS[i], "fill-opacity": r.k === chosen ? 1 : 0.5 }),
     text(width - 2, top + (k + 0.5) * row + 4, short(r.six[i]), { "text-anchor": "end", class: "soft", style: "font-size:11px" })]);
-  const lines = [[WANTED[i], "#1a7f4b"], ...(sailed && !missing(sailed[i]) ? [[sailed[i], "#5b6b78"]] : [])].filter(([v]) => v <= end).map(([v, colour]) => svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "5 3" }));
+  const lines = [[WANTED[i], "var(--good)"], ...(sailed && !missing(sailed[i]) ? [[sailed[i], "var(--soft)"]] : [])].filter(([v]) => v <= end).map(([v, colour]) => svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "5 3" }));
   return el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  sigma, ${parameter.unit}`)), picture(width, bottom + 6, `candidates, ${parameter.name}`, lines, bars));
 }
 
 function buildCandidates() {
   if (!RESULT.candidates.length) return;
-  add("candidates", "If one of the candidates were sailed next", keys([{ name: "chosen", colour: "#2a6fbb" }, { name: "wanted", colour: "#1a7f4b", dash: "5 3" }, ...(RESULT.sailed_standard_deviation ? [{ name: "as sailed so far", colour: "#5b6b78", dash: "5 3" }] : [])]),
+  add("candidates", "If one of the candidates were sailed next", keys([{ name: "chosen", colour: "#2a6fbb" }, { name: "wanted", colour: "var(--good)", dash: "5 3" }, ...(RESULT.sailed_standard_deviation ? [{ name: "as sailed so far", colour: "var(--soft)", dash: "5 3" }] : [])]),
     OFFERED.length ? el("div", { class: "grid3" }, SOUGHT.map(candidateBars)) : [], notOffered());
 }
 
@@ -87,7 +87,7 @@ function buildChart(passes, colours) {
 function buildCourses() {
   const passes = [...RESULT.sailed.map(pass => ({ pass, kind: "sailed" })), ...RESULT.candidates.map((c, k) => ({ refusal: c.refusal, pass: c.pass, kind: RESULT.chosen.some(s => s.candidate === k) ? "chosen" : "candidate", times: RESULT.chosen.filter(s => s.candidate === k).length })).filter(c => !c.refusal)];
   if (!passes.length) return;
-  const colours = { sailed: "#1c2730", chosen: "#0b63a5", candidate: "#b9c4cc" };
+  const colours = { sailed: "var(--ink)", chosen: "var(--joint)", candidate: "var(--mark)" };
   if (!RESULT.faces_from_above_m.length) return buildChart(passes, colours);
   const faces = RESULT.faces_from_above_m, along = [...faces.flat().map(p => p[0]), ...passes.flatMap(({ pass }) => [pass.from_m, pass.to_m])], far = Math.max(...passes.map(({ pass }) => pass.distance_m));
   const low = Math.min(...along) - 1, high = Math.max(...along) + 1, behind = Math.max(0.6, ...faces.flat().map(p => p[1])) + 0.4;

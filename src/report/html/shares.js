@@ -43,14 +43,14 @@ function stackedBars(path) {
   const bar = 15, row = ways.length * (bar + 3) + 12, left = Math.max(48, NAME_WIDTH), width = left + 332, right = 26, top = 4, bottom = top + row * SOUGHT.length;
   const end = Math.max(1, ...SOUGHT.flatMap(p => ways.map(([origin]) => barParts(path, origin, p).reduce((sum, part) => sum + part[1], 0))));
   const at = v => left + v / end * (width - left - right);
-  const grid = ticks(0, end, 5).flatMap(v => [svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: v === 1 ? "#5b6b78" : INK.line }),
+  const grid = ticks(0, end, 5).flatMap(v => [svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: v === 1 ? "var(--soft)" : INK.line }),
     text(at(v), bottom + 15, `${Math.round(100 * v)} %`, { "text-anchor": "middle", class: "soft" })]);
   const bars = SOUGHT.flatMap((parameter, i) => [text(left - 7, top + (i + 0.5) * row + 1, parameter.name, { "text-anchor": "end" }),
     ...ways.flatMap(([origin, way], k) => {
       let from = 0;
       const y = top + i * row + 5 + k * (bar + 3);
       return [...barParts(path, origin, parameter).map(([colour, size, words]) => {
-        const rect = svg("rect", { x: at(from), y, width: Math.max(0.3, at(from + size) - at(from) - 0.4), height: bar, fill: colour, stroke: colour === REST ? "#9fb0bc" : null, "stroke-dasharray": colour === REST ? "2 2" : null },
+        const rect = svg("rect", { x: at(from), y, width: Math.max(0.3, at(from + size) - at(from) - 0.4), height: bar, fill: colour, stroke: colour === REST ? "var(--mark)" : null, "stroke-dasharray": colour === REST ? "2 2" : null },
           svg("title", {}, `${words}: ${percent(size)} of the variance of ${parameter.name}, ${way}`));
         from += size;
         return rect;
@@ -86,14 +86,14 @@ function tornado(parameter, i) {
   if (!largest.length) return [];
   const width = 380, name = 132, row = 32, top = 4, bottom = top + row * largest.length, end = 1.05 * Math.max(...largest.flatMap(r => r.effects.filter(e => e).map(e => Math.max(e.sigma, Math.abs(e.bias)))));
   const at = v => name + 10 + (v + end) / (2 * end) * (width - name - 22), marks = ticks(-end, end, 4);
-  const grid = marks.flatMap(v => [svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: Math.abs(v) < 1e-12 ? "#5b6b78" : INK.line }),
+  const grid = marks.flatMap(v => [svg("line", { x1: at(v), x2: at(v), y1: top, y2: bottom, stroke: Math.abs(v) < 1e-12 ? "var(--soft)" : INK.line }),
     text(at(v), bottom + 15, tickLabel(v, roundUp(2 * end / 4)), { "text-anchor": "middle", class: "soft" })]);
   const bars = largest.flatMap((r, k) => [label(titleOf(r.source), name, top + (k + 0.5) * row + 4), ...r.effects.flatMap((e, p) => {
     if (!e) return [];
     const y = top + k * row + 4 + p * 12, colour = BUDGET_PATHS[TORNADO_PATHS[p].path].colour, x = at(e.bias);
     return [svg("rect", { x: at(-e.sigma), y, width: Math.max(0.6, at(e.sigma) - at(-e.sigma)), height: 10, fill: colour, "fill-opacity": 0.75 },
       svg("title", {}, `${titleOf(r.source)}: sigma ${short(e.sigma)} ${parameter.unit}, bias ${short(e.bias)} ${parameter.unit}, ${e.origin.replace("_", " ")}`)),
-      Math.abs(e.bias) > 0.01 * end ? svg("path", { d: `M${x} ${y} l4 5 l-4 5 l-4 -5 Z`, fill: "#1c2730", stroke: "#fff", "stroke-width": 0.7 }) : []];
+      Math.abs(e.bias) > 0.01 * end ? svg("path", { d: `M${x} ${y} l4 5 l-4 5 l-4 -5 Z`, fill: "var(--ink)", stroke: "var(--paper)", "stroke-width": 0.7 }) : []];
   })]);
   return [el("figure", {}, el("h3", {}, parameter.name, el("small", {}, `  one sigma, ${parameter.unit}`)), picture(width, bottom + 20, `effects on ${parameter.name}`, grid, bars))];
 }
@@ -109,6 +109,6 @@ function label(words, right, y) {
 function buildTornado() {
   const figures = SOUGHT.flatMap(tornado);
   if (!figures.length) return;
-  add("tornado", "Largest effects on each parameter", keys([...TORNADO_PATHS.map(path => ({ name: pathName(path), colour: BUDGET_PATHS[path.path].colour })), { name: "bias", colour: "#1c2730", diamond: true }]),
+  add("tornado", "Largest effects on each parameter", keys([...TORNADO_PATHS.map(path => ({ name: pathName(path), colour: BUDGET_PATHS[path.path].colour })), { name: "bias", colour: "var(--ink)", diamond: true }]),
     el("div", { class: "grid3" }, figures), note("Each source acting alone: one standard deviation to both sides, and the mean error that it adds. Simulated where it was simulated, analytic otherwise."));
 }

@@ -16,7 +16,7 @@ function shownOf(figures) { return figures ? SOUGHT.map((p, i) => missing(figure
 
 /** The paths of a budget. */
 const BUDGET_PATHS = {
-  joint: { name: "Joint", colour: "#0b63a5" },
-  reference: { name: "Reference", colour: "#b45309" },
-  reference_projected: { name: "Reference, projected", colour: "#6d5bb0" },
+  joint: { name: "Joint", colour: "var(--joint)" },
+  reference: { name: "Reference", colour: "var(--reference)" },
+  reference_projected: { name: "Reference, projected", colour: "var(--simple)" },
 };
