@@ -210,8 +210,11 @@ impl Against {
     }
 }
 
-/// What was done on reading, one line each.
+/// What was done on reading, one line each; nothing where nothing was.
 fn noted(notes: &[String]) -> String {
+    if notes.is_empty() {
+        return String::new();
+    }
     let lines: String = notes.iter().map(|note| format!("- {note}\n")).collect();
     format!("\nOn reading:\n{lines}")
 }
@@ -232,7 +235,7 @@ fn checked(survey: &LoadedSeabed, layout: &Layout) -> Checked {
     for track in &layout.tracks {
         lines.row([
             track.name.clone(),
-            format!("{:.1}", track.course_deg),
+            format!("{:.1}", (10.0 * track.course_deg).round() / 10.0 % 360.0),
             format!("{:.2}", track.speed_m_s),
             format!("{:.0}", track.length_m),
         ]);

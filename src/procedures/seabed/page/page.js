@@ -14,7 +14,7 @@ function unitWords(name, unit) { return `${name.replaceAll("_", " ")}${unit === 
 function linesOf(layout) {
   const name = k => layout.tracks[k].name;
   return [
-    listed({ line: t => t.name, "course, deg": t => number(digits(t.course_deg % 360, 0)), "length, m": t => number(digits(t.length_m, 0)), "speed, m/s": t => number(digits(t.speed_m_s, 2)) }, layout.tracks),
+    listed({ line: t => t.name, "course, deg": t => number(digits(Math.round(t.course_deg) % 360, 0)), "length, m": t => number(digits(t.length_m, 0)), "speed, m/s": t => number(digits(t.speed_m_s, 2)) }, layout.tracks),
     listed({ "pair of lines": p => p.lines.map(name).join(", "), kind: p => p.kind, "apart, m": p => number(digits(p.apart_m, 1)), "ratio of speeds": p => number(digits(p.speed_ratio, 2)), "common tiles": p => number(p.tiles) }, layout.pairs),
   ];
 }
