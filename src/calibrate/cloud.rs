@@ -8,7 +8,7 @@ use crate::geometry::Ellipsoid;
 use crate::geometry::ellipsoid::Geodetic;
 use crate::geometry::frames::{Ecef, Point};
 use crate::observe::Mounting;
-use crate::results::{Calibration, InputFile, Solution};
+use crate::results::{Calibration, InputFile, MountingResult, Solution};
 
 /// Points georeferenced at a time.
 pub const CHUNK: usize = 65_536;
@@ -87,24 +87,32 @@ impl SensorModel {
             let found = solution.parameter(name).filter(|p| p.determined);
             found.and_then(|p| p.value).unwrap_or(0.0)
         };
-        let mounting = solution.mountings.first()?;
-        let rotation = mounting.rotation_matrix.into_iter().flatten();
+        let (_, mounting) = named(solution.mountings.first()?)?;
         Some(Self {
-            mounting: Mounting {
-                rotation: Matrix3::from_row_iterator(rotation),
-                lever_arm_m: Vector3::from(mounting.lever_arm_m?),
-            },
+            mounting,
             latency_s: value("latency"),
             range_scale: value("range_scale"),
         })
     }
 }
 
+/// A mounting of a result with its name; `None` without a lever arm.
+fn named(found: &MountingResult) -> Option<(String, Mounting)> {
+    let rotation = found.rotation_matrix.into_iter().flatten();
+    let mounting = Mounting {
+        rotation: Matrix3::from_row_iterator(rotation),
+        lever_arm_m: Vector3::from(found.lever_arm_m?),
+    };
+    Some((found.name.clone(), mounting))
+}
+
 /// What a calibration changes of a whole survey: the sensor, the heave channel, the heights of the lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibrated {
-    /// The sensor.
+    /// The sensor; the first of several heads.
     pub sensor: SensorModel,
+    /// The mountings of all heads by the names that the result gives them; nothing where only the sensor is known.
+    pub heads: Vec<(String, Mounting)>,
     /// True heave over measured heave, minus 1.
     pub heave_scale: f64,
     /// The heave channel is late by this, seconds.
@@ -130,6 +138,7 @@ impl Calibrated {
         };
         Some(Self {
             sensor: SensorModel::of(solution)?,
+            heads: solution.mountings.iter().filter_map(named).collect(),
             heave_scale: value("heave scale"),
             heave_lag_s: value("heave lag"),
             line_heights_m: lines.filter_map(height).collect(),
@@ -157,6 +166,7 @@ impl From<SensorModel> for Calibrated {
     fn from(sensor: SensorModel) -> Self {
         Self {
             sensor,
+            heads: vec![],
             heave_scale: 0.0,
             heave_lag_s: 0.0,
             line_heights_m: BTreeMap::new(),

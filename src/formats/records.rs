@@ -128,6 +128,8 @@ pub struct SoundingRecords {
     /// What goes with each where the arrays that transmit and receive stand each on its own: then `along_rad` is the tilt of the
     /// transmitted cone and `across_rad` the angle against the receive array.
     pub arrays: Option<ArrayColumns>,
+    /// Number of the head that each is of; empty where the file does not say it.
+    pub head: Vec<u32>,
     /// What was done to the soundings on reading, in words.
     pub notes: Vec<String>,
 }
@@ -152,6 +154,21 @@ impl SoundingRecords {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()
+    }
+
+    /// The numbers of the heads that have soundings, in order; nothing where the file does not say them.
+    #[must_use]
+    pub fn heads(&self) -> Vec<u32> {
+        let mut heads = self.head.clone();
+        heads.sort_unstable();
+        heads.dedup();
+        heads
+    }
+
+    /// How many soundings a head has.
+    #[must_use]
+    pub fn count_of(&self, head: u32) -> usize {
+        self.head.iter().filter(|h| **h == head).count()
     }
 
     /// With what the file does not say.

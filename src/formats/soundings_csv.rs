@@ -3,6 +3,8 @@
 //! Of a sounder whose transmit and receive arrays stand each on its own, instead of the two angles: `rx_angle_deg` (against the receive
 //! array, positive to starboard) and `tx_tilt_deg` (of the transmitted cone, positive forward), with `two_way_travel_time_s`; where they
 //! are known `tx_delay_s` (from `time_s` to this beam's transmission), `sector`, and `head_sound_speed_m_s` (that the beam former used).
+//!
+//! Of a sounder with several heads: `head`, the number of each sounding's.
 
 use std::io::{Read, Write};
 use std::path::Path;
@@ -20,7 +22,7 @@ use crate::units::{degrees, radians};
 
 const REQUIRED: [&str; 3] = ["time_s", "ping", "beam"];
 /// Counted on from [`REQUIRED`].
-const OPTIONAL: [&str; 9] = [
+const OPTIONAL: [&str; 10] = [
     ANGLES[0],
     ANGLES[1],
     RANGES[0],
@@ -30,6 +32,7 @@ const OPTIONAL: [&str; 9] = [
     "tx_delay_s",
     "sector",
     "head_sound_speed_m_s",
+    HEAD_NAME,
 ];
 const ANGLES: [&str; 2] = ["across_angle_deg", "along_angle_deg"];
 const RANGES: [&str; 2] = ["range_m", "two_way_travel_time_s"];
@@ -39,6 +42,8 @@ const TILT: usize = 8;
 const DELAY: usize = 9;
 const SECTOR: usize = 10;
 const SPEED: usize = 11;
+const HEAD: usize = 12;
+const HEAD_NAME: &str = "head";
 const ANGLE: Limits = Limits {
     min: -180.0,
     max: 180.0,
@@ -101,6 +106,7 @@ pub fn read_from(
     }
     let (mut records, mut range) = (empty(), vec![]);
     let mut arrays = ArrayColumns::default();
+    let heads = table.has(HEAD);
     let left_out = table.each(Some(invalid), |table| {
         if records.is_empty() {
             reserve(&mut records, &mut range, table.expected_rows());
@@ -110,10 +116,12 @@ pub fn read_from(
         let along_rad = radians(table.number(along, &ALONG)?);
         let distance = table.number(column, limits)?;
         let time_s = table.time(0, records.time_s.last().copied(), false)?;
+        let head = heads.then(|| table.count(HEAD)).transpose()?;
         if cones {
             array_row(table, &mut arrays)?;
         }
         records.time_s.push(time_s);
+        records.head.extend(head);
         records.ping.push(ping);
         records.beam.push(beam);
         records.across_rad.push(across_rad);
@@ -191,6 +199,7 @@ fn empty() -> SoundingRecords {
         along_rad: vec![],
         range: SoundingRange::Metres(vec![]),
         arrays: None,
+        head: vec![],
         notes: vec![],
     }
 }
@@ -253,20 +262,35 @@ pub fn write(path: &Path, soundings: &Soundings) -> Result<(), FormatError> {
 /// # Errors
 /// Those of `out`.
 pub fn write_to(out: &mut impl Write, soundings: &Soundings) -> std::io::Result<()> {
+    rows_to(out, soundings, &[])
+}
+
+/// What stands behind the last column of a row, or of the header: the head, where the file has several.
+fn behind(head: &[u32], row: Option<usize>) -> String {
+    match row {
+        _ if head.is_empty() => String::new(),
+        None => format!(",{HEAD_NAME}"),
+        Some(k) => format!(",{}", head[k]),
+    }
+}
+
+fn rows_to(out: &mut impl Write, soundings: &Soundings, head: &[u32]) -> std::io::Result<()> {
     let (name, decimals) = match soundings.range {
         SoundingRange::Metres(_) => (RANGES[0], 6),
         SoundingRange::TwoWayTravelTime(_) => (RANGES[1], 9),
     };
-    writeln!(out, "{},{},{name}", REQUIRED.join(","), ANGLES.join(","))?;
+    let (required, angles) = (REQUIRED.join(","), ANGLES.join(","));
+    writeln!(out, "{required},{angles},{name}{}", behind(head, None))?;
     for (k, range) in soundings.range.values().iter().enumerate() {
         writeln!(
             out,
-            "{},{},{},{:.7},{:.7},{range:.decimals$}",
+            "{},{},{},{:.7},{:.7},{range:.decimals$}{}",
             soundings.time_s[k],
             soundings.ping[k],
             soundings.beam[k],
             degrees(soundings.across_rad[k]),
             degrees(soundings.along_rad[k]),
+            behind(head, Some(k)),
         )?;
     }
     Ok(())
@@ -276,7 +300,7 @@ pub fn write_to(out: &mut impl Write, soundings: &Soundings) -> std::io::Result<
 ///
 /// # Errors
 /// [`FormatError`] of kind `Unwritable`.
-pub fn write_records(path: &Path, records: SoundingRecords) -> Result<(), FormatError> {
+pub fn write_records(path: &Path, mut records: SoundingRecords) -> Result<(), FormatError> {
     if records.arrays.is_some() {
         return write_whole(path, |out| write_arrays_to(out, &records));
     }
@@ -285,21 +309,24 @@ pub fn write_records(path: &Path, records: SoundingRecords) -> Result<(), Format
         across_rad: 0.0,
         along_rad: 0.0,
     };
-    write(path, &records.into_soundings(none))
+    let head = std::mem::take(&mut records.head);
+    let soundings = records.into_soundings(none);
+    write_whole(path, |out| rows_to(out, &soundings, &head))
 }
 
 fn write_arrays_to(out: &mut impl Write, records: &SoundingRecords) -> std::io::Result<()> {
     let (names, cones, range) = (REQUIRED.join(","), CONES.join(","), RANGES[1]);
     writeln!(
         out,
-        "{names},{cones},{range},tx_delay_s,head_sound_speed_m_s"
+        "{names},{cones},{range},tx_delay_s,head_sound_speed_m_s{}",
+        behind(&records.head, None)
     )?;
     let arrays = records.arrays.iter();
     for arrays in arrays {
         for (k, two_way_s) in records.range.values().iter().enumerate() {
             writeln!(
                 out,
-                "{},{},{},{:.7},{:.7},{two_way_s:.9},{:.9},{:.4}",
+                "{},{},{},{:.7},{:.7},{two_way_s:.9},{:.9},{:.4}{}",
                 records.time_s[k],
                 records.ping[k],
                 records.beam[k],
@@ -307,6 +334,7 @@ fn write_arrays_to(out: &mut impl Write, records: &SoundingRecords) -> std::io::
                 degrees(records.along_rad[k]),
                 arrays.delay_s[k],
                 arrays.head_speed_m_s[k],
+                behind(&records.head, Some(k)),
             )?;
         }
     }

@@ -148,12 +148,12 @@ impl Observed {
         first.reduce(f64::min)
     }
 
-    /// The soundings of one head in order of time. Empties [`Self::soundings`].
+    /// The soundings of these heads in order of time. Empties [`Self::soundings`].
     #[must_use]
-    pub fn take_head(&mut self, head: u32) -> SoundingRecords {
+    pub fn take_heads(&mut self, heads: &[u32]) -> SoundingRecords {
         let all = std::mem::take(&mut self.soundings);
         let mut order: Vec<usize> = (0..all.time_s.len())
-            .filter(|k| all.head[*k] == head)
+            .filter(|k| heads.contains(&all.head[*k]))
             .collect();
         order.sort_by(|a, b| all.time_s[*a].total_cmp(&all.time_s[*b]));
         let real = |column: &[f64]| order.iter().map(|k| column[*k]).collect::<Vec<f64>>();
@@ -169,6 +169,7 @@ impl Observed {
                 delay_s: real(&all.delay_s),
                 head_speed_m_s: real(&all.head_speed_m_s),
             }),
+            head: count(&all.head),
             notes: vec![],
         }
     }

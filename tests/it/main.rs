@@ -55,6 +55,8 @@ mod report;
 mod scenarios;
 #[cfg(feature = "cli")]
 mod seabed;
+#[cfg(feature = "cli")]
+mod seabed_dual;
 mod sequential_path;
 mod simulate;
 mod simulate_rays;

@@ -4,11 +4,12 @@ Written from the formats' descriptions alone, without a look at this program's r
 checksums are this script's own. Needs numpy. Its soundings are those of a ground of sixteen sines, sent and heard at two moments by two
 arrays apart, in water of one speed. The soundings of one seed are the same in every format but for what a format rounds.
 
-    python3 tests/recipes/recorder_survey.py 1 folder [all|all-big|kmall|kmall-0|s7k|xtf] [sbet|smrmsg|novatel|novatel-ascii|pos-mv|pos-mv-102|own]
+    python3 tests/recipes/recorder_survey.py 1 folder [all|all-big|all-dual|kmall|kmall-0|kmall-dual|s7k|xtf] [sbet|smrmsg|novatel|novatel-ascii|pos-mv|pos-mv-102|own]
     boresight calibrate folder/survey.toml
 
 The correction put in is pitch 0.9, roll -0.5, yaw 1.1 deg, about the body's axes, the same for both arrays. `s7k` and `xtf` know one sector
-and have one; `xtf` has one mounting for both arrays, 0.119 m apart. `own` takes what the recorder itself holds of attitude and position.
+and have one; `xtf` has one mounting for both arrays, 0.119 m apart. The dual ones have two heads, turned by 30 deg to port and to starboard, each
+with a correction of its own, the second's pitch -0.6, roll 0.8, yaw -0.7 deg; both ping together. `own` takes what the recorder itself holds of attitude and position.
 """
 
 import datetime
@@ -24,6 +25,10 @@ SPEED = 1490.0
 CORRECTION = np.array([0.9, -0.5, 1.1]) * DEG
 TRANSMITTER = (np.array([0.2, -0.1, 0.3]) * DEG, np.array([0.35, -1.2, -1.1]))  # roll, pitch, heading; right, forward, up
 RECEIVER = (np.array([-0.15, 0.1, 359.7]) * DEG, np.array([0.35, -1.0, -1.1]))
+# two heads: roll, pitch, heading; right, forward, up; the second one's correction
+PORT = (np.array([30.0, 0.4, -0.6]) * DEG, np.array([-0.30, -1.1, -1.15]))
+STARBOARD = (np.array([-30.0, -0.3, 0.5]) * DEG, np.array([0.40, -1.0, -1.05]))
+SECOND = np.array([-0.6, 0.8, -0.7]) * DEG
 ORIGIN = (30.5, 122.3, 12.0)
 LINES = [(0, 0, 0.0, 2.5), (0, 150, 180.0, 2.5), (18, 0, 0.0, 2.5), (0, 150, 180.0, 4.0)]  # east, north, course, speed
 LENGTH = 150.0
@@ -109,9 +114,10 @@ class Navigation:
 class Ping:
     """One ping: its beams as rounded in the file. Angles positive to port and forward, in radians."""
 
-    def __init__(self, boat, t0, number, terrain, sectors, arrays, random):
+    def __init__(self, boat, t0, number, terrain, sectors, head, random):
+        arrays, correction, half = head
         self.t0, self.number = t0, number
-        port = np.round(np.linspace(62, -62, BEAMS) * 100) / 100 * DEG
+        port = np.round(np.linspace(half, -half, BEAMS) * 100) / 100 * DEG
         self.port = port
         if sectors == 3:
             self.sector = np.where(np.abs(port) > 25 * DEG, np.where(port > 0, 0, 2), 1)
@@ -120,7 +126,7 @@ class Ping:
             self.sector, self.delay, self.tilt = np.zeros(BEAMS, int), np.zeros(1), np.zeros(1)
         sent, along = t0 + self.delay[self.sector], self.tilt[self.sector]
         across = -port + random.normal(0, ANGLE_SIGMA, BEAMS)
-        true = exponential(CORRECTION)
+        true = exponential(correction)
         place, *angles = boat.pose(sent)
         self.transmitted = place, angles
         body = attitude(*angles)
@@ -159,11 +165,17 @@ def calendar(t):
     return datetime.datetime.fromtimestamp(DAY + t, datetime.timezone.utc)
 
 
-class KongsbergAll:
+class OneHead:
+    def heads(self):
+        """Of each head: the mountings of both arrays, the correction, half the swath (deg)."""
+        return [(self.arrays, CORRECTION, 62)]
+
+
+class KongsbergAll(OneHead):
     """EM 2040, serial number 217."""
 
     ending, sectors, arrays = "all", 3, (TRANSMITTER, RECEIVER)
-    order = "<"
+    order, serial = "<", 217
 
     def pack(self, layout, *values):
         return struct.pack(self.order + layout, *values)
@@ -171,7 +183,7 @@ class KongsbergAll:
     def datagram(self, kind, time_s, counter, body):
         day = calendar(0)
         date = day.year * 10000 + day.month * 100 + day.day
-        core = self.pack("BBHIIHH", 2, kind, 2040, date, round(time_s * 1000), counter & 0xFFFF, 217) + body
+        core = self.pack("BBHIIHH", 2, kind, 2040, date, round(time_s * 1000), counter & 0xFFFF, self.serial) + body
         core += b"\0" * (len(core) % 2 == 0) + b"\x03"
         core += self.pack("H", sum(core[1:-1]) & 0xFFFF)
         return self.pack("I", len(core)) + core
@@ -218,11 +230,42 @@ class BigEndianAll(KongsbergAll):
     order = ">"
 
 
-class Kmall:
+DUAL = [((PORT, PORT), CORRECTION, 32), ((STARBOARD, STARBOARD), SECOND, 32)]
+
+
+class DualAll(KongsbergAll):
+    """Two heads that send and receive, serial numbers 217 and 218, one installation record (STC=2)."""
+
+    def heads(self):
+        return DUAL
+
+    def begin(self, time_s, line):
+        written = list(KongsbergAll.begin(self, time_s, line))
+        text = "WLZ=0.00,SMH=217,STC=2,"
+        for prefix, (angles, arm) in (("S1", PORT), ("S2", STARBOARD)):
+            roll, pitch, heading = angles / DEG
+            text += f"{prefix}X={arm[1]:.2f},{prefix}Y={arm[0]:.2f},{prefix}Z={-arm[2]:.2f},"
+            text += f"{prefix}H={heading % 360:.2f},{prefix}R={roll:.2f},{prefix}P={pitch:.2f},"
+        text += "P1X=0.00,P1Y=0.00,P1Z=0.00,P1D=0.000,P1T=0,P1M=0,MSX=0.00,MSY=0.00,MSZ=0.00,MSR=0.00,MSP=0.00,MSG=0.00,MSD=0,APS=0,ARO=2,AHE=2,AHS=2,GCG=0.00,"
+        return [(time_s, self.datagram(0x49, time_s, line, self.pack("H", 218) + text.encode()))] + written[1:]
+
+    def ping(self, p):
+        self.serial = 217 + p.head
+        datagram = KongsbergAll.ping(self, p)
+        self.serial = 217
+        return datagram
+
+
+class Kmall(OneHead):
     """EM 2040; the parts of an MRZ as long as in its version 2."""
 
     ending, sectors, arrays = "kmall", 3, (TRANSMITTER, RECEIVER)
     version, info_bytes, sector_bytes = 2, 152, 48
+    trai = (
+        "TRAI_TX1:N=217;X=-1.200;Y=0.350;Z=1.100;R=0.200;P=-0.100;H=0.300;S=1.0;"
+        "IPX=0;IPY=0;IPZ=0;ICX=0;ICY=0;ICZ=0;ISX=0;ISY=0;ISZ=0;,\n"
+        "TRAI_RX1:N=217;X=-1.000;Y=0.350;Z=1.100;R=-0.150;P=0.100;H=359.700;G=0;IX=0;IY=0;IZ=0;,\n"
+    )
 
     def datagram(self, kind, version, time_s, body):
         whole = int(np.floor(time_s))
@@ -233,10 +276,8 @@ class Kmall:
     def begin(self, time_s, _line):
         text = (
             "OSCV:Empty,EMXV:EM2040,PU_0,SN=217,IP=1,TYPE=CPU,VERS:(none),SERIALno:TX=1,SERIALno:RX=2,\n"
-            "TRAI_TX1:N=217;X=-1.200;Y=0.350;Z=1.100;R=0.200;P=-0.100;H=0.300;S=1.0;"
-            "IPX=0;IPY=0;IPZ=0;ICX=0;ICY=0;ICZ=0;ISX=0;ISY=0;ISZ=0;,\n"
-            "TRAI_RX1:N=217;X=-1.000;Y=0.350;Z=1.100;R=-0.150;P=0.100;H=359.700;G=0;IX=0;IY=0;IZ=0;,\n"
-            "POSI_1:X=0.000;Y=0.000;Z=0.000;D=0.000;G=WGS84;T=DATAGRAM;C=ON;F=SIMRAD90,GGA;Q=ON;I=ETH;U=ACTIVE;,\n"
+            + self.trai
+            + "POSI_1:X=0.000;Y=0.000;Z=0.000;D=0.000;G=WGS84;T=DATAGRAM;C=ON;F=SIMRAD90,GGA;Q=ON;I=ETH;U=ACTIVE;,\n"
             "ATTI_1:X=0.000;Y=0.000;Z=0.000;R=0.000;P=0.000;H=0.000;D=0.000;M=RP;F=KMB;I=ETH;U=ACTIVE;,\n"
             "EMXI:SSNL=0;SWLZ=0.000;,"
         ).encode()
@@ -270,7 +311,8 @@ class Kmall:
         place, (roll, pitch, heading) = p.transmitted
         latitude, longitude, height = geodetic(*place[0])
         body = struct.pack("<HH", 1, 1)
-        body += struct.pack("<HHBBBBBBBB", 12, p.number & 0xFFFF, 1, 0, 1, 0, 0, 0, 1, 0)
+        count, head = len(self.heads()), p.head
+        body += struct.pack("<HHBBBBBBBB", 12, p.number & 0xFFFF, count, head, 1, 0, head, head, count, 0)
         info = bytearray(self.info_bytes)
         struct.pack_into("<Hxxf", info, 0, self.info_bytes, 2.5)
         struct.pack_into("<HH", info, 92, len(p.delay), self.sector_bytes)
@@ -299,7 +341,23 @@ class OldKmall(Kmall):
     version, info_bytes, sector_bytes = 0, 144, 36
 
 
-class S7k:
+class DualKmall(Kmall):
+    """Two heads that send and receive."""
+
+    def heads(self):
+        return DUAL
+
+    @property
+    def trai(self):
+        text = ""
+        for number, (angles, arm) in ((1, PORT), (2, STARBOARD)):
+            roll, pitch, heading = angles / DEG
+            text += f"TRAI_HD{number}:N={216 + number};X={arm[1]:.3f};Y={arm[0]:.3f};Z={-arm[2]:.3f};"
+            text += f"R={roll:.3f};P={pitch:.3f};H={heading % 360:.3f};G=0;ITX=0;ITY=0;ITZ=0;IRX=0;IRY=0;IRZ=0;,\n"
+        return text
+
+
+class S7k(OneHead):
     """SeaBat with two arrays on one mounting record."""
 
     ending, sectors, arrays = "s7k", 1, (TRANSMITTER, RECEIVER)
@@ -354,7 +412,7 @@ class S7k:
         return self.record(7000, p.t0, bytes(settings)) + self.record(7027, p.t0, body)
 
 
-class Xtf:
+class Xtf(OneHead):
     """An R2Sonic 2026 in a QINSy XTF, both arrays of one mounting."""
 
     ending, sectors = "xtf", 1
@@ -415,7 +473,16 @@ class Xtf:
         return self.packet(65, ahead.ljust(242, b"\0") + bathymetry, 1)
 
 
-FORMATS = {"all": KongsbergAll, "all-big": BigEndianAll, "kmall": Kmall, "kmall-0": OldKmall, "s7k": S7k, "xtf": Xtf}
+FORMATS = {
+    "all": KongsbergAll,
+    "all-big": BigEndianAll,
+    "all-dual": DualAll,
+    "kmall": Kmall,
+    "kmall-0": OldKmall,
+    "kmall-dual": DualKmall,
+    "s7k": S7k,
+    "xtf": Xtf,
+}
 WEEKDAY = calendar(0).isoweekday() % 7
 LEAP = 18
 
@@ -527,7 +594,10 @@ def main(seed, folder, recorder="all", navigation="sbet"):
         written = list(form.navigation(record)) + list(form.begin(begin_s - 3, number + 1))
         for k, t0 in enumerate(np.arange(begin_s, begin_s + seconds, 0.4)):
             t0 = round(t0 * 1000) / 1000
-            written.append((t0, form.ping(Ping(boat, t0, k, terrain, form.sectors, form.arrays, random))))
+            for number_of_head, head in enumerate(form.heads()):
+                ping = Ping(boat, t0, k, terrain, form.sectors, head, random)
+                ping.head = number_of_head
+                written.append((t0, form.ping(ping)))
         written.sort(key=lambda item: item[0])
         with open(f"{folder}/line{number + 1}.{form.ending}", "wb") as file:
             file.write(form.header())

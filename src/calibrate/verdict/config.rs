@@ -26,6 +26,7 @@ pub const CODES: &[&str] = &[
     "roll_drift",
     "pitch_drift",
     "heading_drift",
+    "latency_of_head",
     "face_offset",
     "prior",
     "variance_factor",

@@ -9,7 +9,7 @@ use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::bounds::{Correction, size};
 use crate::calibrate::verdict::{Alternative, Tried};
 use crate::geometry::rotation::{from_attitude, to_attitude};
-use crate::observe::Trajectory;
+use crate::observe::{Mounting, Trajectory};
 use crate::results::Finding;
 use crate::watch::Watch;
 
@@ -36,7 +36,12 @@ pub fn named(scene: &Scene, settings: &JointSettings, watch: &dyn Watch) -> Opti
     };
     let given = tried(&scene, &settings);
     let mut all: Vec<(Alternative, Tried)> = vec![];
-    for (alternative, undo) in of_attitude().into_iter().chain(of_soundings()) {
+    let of_heads = match scene.heads.len() {
+        1 => vec![],
+        _ => of_heads(),
+    };
+    let mistakes = of_attitude().into_iter().chain(of_soundings());
+    for (alternative, undo) in mistakes.chain(of_heads) {
         watch.go_on().ok()?;
         let mut undone = scene.clone();
         undo(&mut undone);
@@ -61,7 +66,9 @@ fn tried(scene: &Scene, settings: &JointSettings) -> Tried {
     };
     let correction = Correction {
         name: String::new(),
-        turn_rad: found.turn_rad(),
+        turn_rad: (0..scene.heads.len())
+            .map(|head| found.turn_rad(head))
+            .fold(0.0, f64::max),
         arm_m: 0.0,
     };
     Tried {
@@ -118,6 +125,51 @@ fn of_attitude() -> Vec<Mistake> {
             },
         ),
     ]
+}
+
+/// What only a sounder with several heads can have.
+fn of_heads() -> Vec<Mistake> {
+    vec![
+        mistake(
+            "heads_exchanged",
+            "with the mountings of the first two heads exchanged",
+            "check which head sits where: the numbers of the heads look exchanged",
+            |s| {
+                let [first, second, ..] = s.heads.as_mut_slice() else {
+                    return;
+                };
+                std::mem::swap(&mut first.nominal, &mut second.nominal);
+                std::mem::swap(&mut first.arrays, &mut second.arrays);
+            },
+        ),
+        mistake(
+            "sign_of_first_head",
+            "with the roll of the first head's mounting reversed",
+            "check the sign of roll of the first head's mounting_deg: positive is starboard down",
+            |s| rolled_back(s, 0),
+        ),
+        mistake(
+            "sign_of_second_head",
+            "with the roll of the second head's mounting reversed",
+            "check the sign of roll of the second head's mounting_deg: positive is starboard down",
+            |s| rolled_back(s, 1),
+        ),
+    ]
+}
+
+/// Reverses the roll of a head's nominal mounting.
+fn rolled_back(scene: &mut Scene, head: usize) {
+    let reversed = |m: &Mounting| {
+        let (roll, pitch, heading) = m.angles();
+        Mounting::from_angles(-roll, pitch, heading, m.lever_arm_m)
+    };
+    if let Some(head) = scene.heads.get_mut(head) {
+        head.nominal = reversed(&head.nominal);
+        if let Some(arrays) = &mut head.arrays {
+            arrays.transmitter = reversed(&arrays.transmitter);
+            arrays.receiver = reversed(&arrays.receiver);
+        }
+    }
 }
 
 fn of_soundings() -> Vec<Mistake> {

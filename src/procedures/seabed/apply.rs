@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::model::{Locator, Values};
-use super::scene::Scene;
+use super::scene::{Head, Scene, Sounding};
 use super::screen::Screen;
 use super::states::States;
 use super::survey::LoadedSeabed;
@@ -14,21 +14,29 @@ use crate::calibrate::cloud::{CHUNK, Calibrated, Cloud, Placed};
 use crate::formats::las::stream::is_standard_time;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::frames::{Point, Target};
+use crate::observe::Mounting;
 
 /// The points of a survey; the site's origin is their middle.
 #[must_use]
-pub fn cloud<'s>(survey: &'s LoadedSeabed, calibrated: &Calibrated) -> Cloud<'s> {
+///
+/// # Errors
+/// [`OtherHeads`].
+pub fn cloud<'s>(
+    survey: &'s LoadedSeabed,
+    calibrated: &Calibrated,
+) -> Result<Cloud<'s>, OtherHeads> {
     let scene = &survey.scene;
+    let mountings = of_heads(scene, calibrated)?;
     let site = &survey.file.site;
     let pose = TargetPose {
         ellipsoid: site.ellipsoid,
         origin: site.origin.geodetic(),
         azimuth_rad: 0.0,
     };
-    let under = Under::new(scene, calibrated);
+    let under = Under::new(scene, calibrated, mountings);
     let widest_rad = survey.file.multibeam.max_angle_deg.to_radians();
     let line = move |rows| chunks(placed(scene, &under, &pose, widest_rad, rows));
-    Cloud {
+    Ok(Cloud {
         ellipsoid: pose.ellipsoid,
         middle: pose.origin,
         standard_time: scene
@@ -38,7 +46,32 @@ pub fn cloud<'s>(survey: &'s LoadedSeabed, calibrated: &Calibrated) -> Cloud<'s>
         total: scene.soundings.len(),
         sources: scene.lines.iter().map(|l| l.name.clone()).collect(),
         chunks: Box::new(lines(scene).into_iter().flat_map(line)),
+    })
+}
+
+/// A calibration that lacks a head of the survey.
+#[derive(Debug, thiserror::Error)]
+#[error("the survey has {wanted}, and the solution has {found}: each head needs its own mounting")]
+pub struct OtherHeads {
+    wanted: String,
+    found: String,
+}
+
+/// The mounting of each head of the survey: of its name, or the only one where there is one on either side.
+fn of_heads(scene: &Scene, calibrated: &Calibrated) -> Result<Vec<Mounting>, OtherHeads> {
+    if scene.heads.len() == 1 && calibrated.heads.len() < 2 {
+        return Ok(vec![calibrated.sensor.mounting]);
     }
+    let own = |head: &Head| {
+        let is_own = |found: &&(String, Mounting)| found.0 == head.name();
+        Some(calibrated.heads.iter().find(is_own)?.1)
+    };
+    let all: Option<Vec<Mounting>> = scene.heads.iter().map(own).collect();
+    let names = |all: Vec<String>| all.join(", ");
+    all.ok_or_else(|| OtherHeads {
+        wanted: names(scene.heads.iter().map(Head::name).collect()),
+        found: names(calibrated.heads.iter().map(|h| h.0.clone()).collect()),
+    })
 }
 
 /// What holds for a whole survey under a calibration.
@@ -48,11 +81,12 @@ struct Under {
 }
 
 impl Under {
-    fn new(scene: &Scene, calibrated: &Calibrated) -> Self {
+    fn new(scene: &Scene, calibrated: &Calibrated, mountings: Vec<Mounting>) -> Self {
         let states = States::new(&scene.lines, &scene.ins, &scene.drift);
         let sensor = &calibrated.sensor;
+
         let mut values = Values {
-            mounting: sensor.mounting,
+            mountings,
             latency_s: sensor.latency_s,
             range_scale: sensor.range_scale,
             heave_scale: calibrated.heave_scale,
@@ -70,7 +104,7 @@ impl Under {
 /// The soundings of each line.
 fn lines(scene: &Scene) -> Vec<std::ops::Range<usize>> {
     let mut begin = 0;
-    let of_line = |line: &[super::scene::Sounding]| {
+    let of_line = |line: &[Sounding]| {
         let rows = begin..begin + line.len();
         begin = rows.end;
         rows
@@ -107,7 +141,14 @@ fn placed(
         point.filter(|_| scene.soundings[k].across_rad.abs() <= widest_rad)
     };
     let inside: Vec<_> = rows.clone().zip(&points).map(narrow).collect();
-    let kept = Screen::for_depth(scene.typical_depth_m()).keep(&inside, rows.start as u64);
+    let screen = Screen::for_depth(scene.typical_depth_m());
+    let (mut kept, mut begin) = (vec![], 0);
+    let one = |a: &Sounding, b: &Sounding| a.head == b.head;
+    for strip in scene.soundings[rows.clone()].chunk_by(one) {
+        let end = begin + strip.len();
+        kept.extend(screen.keep(&inside[begin..end], (rows.start + begin) as u64));
+        begin = end;
+    }
     let to_ecef = pose.ecef_from_target();
     let place = |((k, point), on_surface): ((usize, Option<Vector3<f64>>), bool)| {
         let sounding = &scene.soundings[k];
@@ -121,5 +162,10 @@ fn placed(
             beam: Some(sounding.beam),
         })
     };
-    rows.zip(points).zip(kept).filter_map(place).collect()
+    let mut all: Vec<Placed> = rows.zip(points).zip(kept).filter_map(place).collect();
+    // the heads of a line one after the other, its points in order of time
+    if scene.heads.len() > 1 {
+        all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    }
+    all
 }

@@ -6,16 +6,16 @@
 //! | place of one line | east, north, on that line |
 //! | drift of roll, pitch, heading | the same turn, growing from -1/2 to 1/2 over the survey |
 //! | heading | the same turn; beside the yaw only the lever arm tells of it, as far as that is known |
+//! | latency of a further head | what the common latency moves it by, of that head's soundings |
 //! | scale of the beam angle | `range angle d(ray)/d(angle)` at the adjusted angle |
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::joint::Joint;
-use super::model::{Adjusted, Located, PARAMETERS};
+use super::model::{Adjusted, Located};
 use super::normal::Normal;
-use super::scene::Scene;
+use super::scene::{Head, Scene};
 use super::states;
-use super::verdict::REPORTED;
 use crate::adjust::{Component, Unit};
 use crate::calibrate::verdict::doubts::test_of;
 use crate::calibrate::verdict::{Doubt, Doubted};
@@ -34,6 +34,8 @@ const OF_ALL: usize = ANGLES.len() + 2;
 /// Where the columns of the doubts stand among the unknowns, and when the survey was.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Doubts {
+    /// Heads behind the first one.
+    further: usize,
     /// First line that has columns: of two lines the first one's own angle is the second one's with the other sign.
     first: usize,
     lines: usize,
@@ -49,6 +51,7 @@ impl Doubts {
         let begin_s = every.clone().fold(f64::INFINITY, |t, l| t.min(l.start_s));
         let end_s = every.fold(f64::NEG_INFINITY, |t, l| t.max(l.end_s));
         Self {
+            further: scene.heads.len() - 1,
             first: usize::from(lines == 2),
             lines,
             middle_s: 0.5 * (begin_s + end_s),
@@ -59,21 +62,24 @@ impl Doubts {
     /// Number of columns.
     #[must_use]
     pub fn columns(&self) -> usize {
-        OF_LINE * (self.lines - self.first) + OF_ALL
+        OF_LINE * (self.lines - self.first) + OF_ALL + self.further
     }
 
-    /// Columns that move the soundings of a line.
-    pub fn columns_of(&self, line: usize) -> impl Iterator<Item = usize> {
+    /// Columns that move the soundings of a head on a line.
+    pub fn columns_of(&self, line: usize, head: u8) -> impl Iterator<Item = usize> {
         let own = line.checked_sub(self.first);
         let own = own.map(|place| OF_LINE * place..OF_LINE * (place + 1));
-        let columns = self.columns();
-        own.into_iter().flatten().chain(columns - OF_ALL..columns)
+        let behind = self.columns() - self.further;
+        let of_head = usize::from(head).checked_sub(1).map(|k| behind + k);
+        (own.into_iter().flatten())
+            .chain(behind - OF_ALL..behind)
+            .chain(of_head)
     }
 
-    /// Every column that moves a sounding of `line`, and how.
+    /// Every column that moves a sounding of a head on a line, and how.
     pub fn moved(
         &self,
-        line: usize,
+        (line, head): (usize, u8),
         located: &Located,
         adjusted: &Adjusted,
     ) -> impl Iterator<Item = (usize, Vector3<f64>)> {
@@ -84,13 +90,17 @@ impl Doubts {
         let part = (located.time_s - self.middle_s) / self.span_s;
         let drifts = turns.map(|moved| moved * part);
         let all = [turns[2], located.angle_scale_column(adjusted)];
-        self.columns_of(line).zip(own.chain(drifts).chain(all))
+        let late = located.latency_column(adjusted);
+        let each = own.chain(drifts).chain(all).chain([late]);
+        self.columns_of(line, head).zip(each)
     }
 
     /// What is doubted, in the order of the columns.
     fn list(&self, scene: &Scene) -> Vec<Doubt> {
         let own = scene.lines[self.first..].iter();
-        let all = own.flat_map(|line| of_line(&line.name)).chain(of_all());
+        let all = (own.flat_map(|line| of_line(&line.name)))
+            .chain(of_all())
+            .chain(scene.heads[1..].iter().map(of_head));
         all.map(|doubt| doubt.withdrawing_beyond(CERTAIN)).collect()
     }
 }
@@ -121,8 +131,8 @@ impl System {
     /// Tests all doubts of the solution that it belongs to.
     #[must_use]
     pub fn tested(&self, scene: &Scene, found: &Joint) -> Doubted {
-        let named = (0..REPORTED).filter(|k| found.sought[*k]);
-        let parameters: Vec<_> = named.map(|k| (PARAMETERS[k].0.to_owned(), k)).collect();
+        let named = found.reported().filter(|k| found.sought[*k]);
+        let parameters: Vec<_> = named.map(|k| (found.parameters[k].name(), k)).collect();
         let system = (&self.information, &self.gradient);
         let doubts = self.doubts.list(scene);
         test_of(
@@ -186,6 +196,21 @@ fn of_all() -> Vec<Doubt> {
         .into_iter()
         .chain([heading, scale])
         .collect()
+}
+
+/// A further head's own clock.
+fn of_head(head: &Head) -> Doubt {
+    let number = head.number;
+    Doubt::single(
+        "latency_of_head",
+        &format!(
+            "the stamps of head {number} want to be late by more than those of the first head"
+        ),
+        Unit::Second,
+        &format!(
+            "check that both heads stamp by one clock, and what delay the recorder adds to head {number}; calibrate each head by itself"
+        ),
+    )
 }
 
 #[cfg(test)]
@@ -261,7 +286,7 @@ mod tests {
         let first = scene.soundings.partition_point(|s| s.time_s < middle);
         for k in (first..first + 30).step_by(7) {
             let located = at(&scene, k);
-            for (column, moved) in doubts.moved(1, &located, &Adjusted::default()) {
+            for (column, moved) in doubts.moved((1, 0), &located, &Adjusted::default()) {
                 // the columns of line 2, then those of all lines
                 let all = doubts.columns() - OF_ALL;
                 let which = if column < all {

@@ -7,11 +7,13 @@ use super::config::JointSettings;
 use super::field::Field;
 use super::joint::{Joint, JointError, foreseen};
 use super::layout::Layout;
-use super::shared::{Covariance, Parameters};
+use super::parameters::{DEEP_SOUND_SPEED, HEAVE_LAG, HEAVE_SCALE};
+use super::scene::Head;
+use super::shared::{Covariance, Parameters, add_square};
 use super::simulate::{Acts, simulate};
 use super::survey::load::scene_of;
 use super::survey::{SeabedScenario, write};
-use super::verdict::{Judgement, REPORTED, judge};
+use super::verdict::{Judgement, judge};
 use crate::calibrate::tried::{Moved, Propagated, PropagatedPath};
 use crate::observe::Mounting;
 
@@ -41,17 +43,19 @@ pub fn foresee(scenario: &SeabedScenario, seed: u64) -> Result<Foresight, JointE
         &write::soundings(scenario, &survey.shots),
     );
     let truth = &survey.truth;
-    let mounting = Mounting {
-        rotation: Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]),
-        lever_arm_m: scene.nominal.lever_arm_m,
+    let mounting = |(rotation, head): (Matrix3<f64>, &Head)| Mounting {
+        rotation,
+        lever_arm_m: head.nominal.lever_arm_m,
     };
+    let mountings = truth.rotations().into_iter().zip(&scene.heads);
+    let mountings = mountings.map(mounting).collect();
     let field = Field {
         sigma_m: scenario.bed.relief_m.max(LEAST_RELIEF_M),
         length_m: scenario.bed.length_m,
         noise_factor: 1.0,
     };
     let config: JointSettings = file.joint(seed);
-    let joint = foreseen(&scene, &config, mounting, truth.latency_s, field)?;
+    let joint = foreseen(&scene, &config, mountings, truth.latency_s, field)?;
     let layout = Layout::new(&scene, &joint.tiles);
     let judged = judge(&joint, &layout, &config);
     Ok(Foresight { joint, judged })
@@ -64,11 +68,12 @@ const LEAST_RELIEF_M: f64 = 2e-4;
 type Effect = Result<(Parameters, Covariance), &'static str>;
 
 fn scattered(covariance: Covariance) -> Effect {
-    Ok((Parameters::zeros(), covariance))
+    Ok((Parameters::zeros(covariance.nrows()), covariance))
 }
 
 fn shifted(bias: Parameters) -> Effect {
-    Ok((bias, Covariance::zeros()))
+    let count = bias.len();
+    Ok((bias, Covariance::zeros(count, count)))
 }
 
 const HELD: &str = "held by the survey: trials show where the error goes";
@@ -80,27 +85,32 @@ fn effect(source: &str, scenario: &SeabedScenario, joint: &Joint) -> Effect {
     let true_of = |relative: f64| 1.0 / (1.0 + relative) - 1.0;
     let prior = |k: usize| joint.priors[k].ok_or(HELD);
     match source {
-        "sonar" => scattered(shares.sonar),
-        "ins_white" => scattered(shares.white),
-        "ins_drift" => scattered(shares.drift),
+        "sonar" => scattered(shares.sonar.clone()),
+        "ins_white" => scattered(shares.white.clone()),
+        "ins_drift" => scattered(shares.drift.clone()),
         "line_height" => {
             let ratio = errors.line_height_m / scenario.site.line_height_sigma_m;
-            scattered(shares.heights * ratio.powi(2))
+            scattered(&shares.heights * ratio.powi(2))
         }
         "lever_arm" => {
-            let of =
-                |k: usize, sigma: f64| shares.held[k] * shares.held[k].transpose() * sigma.powi(2);
-            let [right, forward, _] = scenario.multibeam.lever_arm_sigma_m;
-            scattered(of(7, right) + of(8, forward))
+            let mut all = Covariance::zeros(joint.off.len(), joint.off.len());
+            for (k, parameter) in joint.parameters.iter().enumerate() {
+                if let Some(axis) = parameter.kind.arm() {
+                    let head = parameter.head.map_or(0, usize::from);
+                    let sigma_m = scenario.arm_sigma_m(head, axis);
+                    add_square(&mut all, &shares.held[k], sigma_m.powi(2));
+                }
+            }
+            scattered(all)
         }
         "heave" => {
-            prior(5).and(prior(6))?;
-            let scale = shares.held[5] * true_of(errors.heave_scale);
-            shifted(scale + shares.held[6] * errors.heave_lag_s)
+            prior(HEAVE_SCALE).and(prior(HEAVE_LAG))?;
+            let scale = &shares.held[HEAVE_SCALE] * true_of(errors.heave_scale);
+            shifted(scale + &shares.held[HEAVE_LAG] * errors.heave_lag_s)
         }
         "profile" => {
-            prior(9)?;
-            shifted(shares.held[9] * true_of(errors.profile))
+            prior(DEEP_SOUND_SPEED)?;
+            shifted(&shares.held[DEEP_SOUND_SPEED] * true_of(errors.profile))
         }
         _ => Err("rejected or not, one by one: trials show what is left of them"),
     }
@@ -116,9 +126,12 @@ pub fn propagated<'s>(
     sources: impl Iterator<Item = &'s str>,
 ) -> Result<Propagated, String> {
     let Foresight { joint, .. } = foresee(scenario, seed).map_err(|e| e.to_string())?;
-    let (mut bias, mut covariance) = (Parameters::zeros(), Covariance::zeros());
+    let reported: Vec<usize> = joint.reported().collect();
+    let count = joint.off.len();
+    let mut bias = Parameters::zeros(count);
+    let mut covariance = Covariance::zeros(count, count);
     let mut each = vec![];
-    let four = |all: &Parameters| all.iter().take(REPORTED).copied().collect::<Vec<f64>>();
+    let chosen = |all: &Parameters| reported.iter().map(|k| all[*k]).collect::<Vec<f64>>();
     for source in sources {
         let effect = effect(source, scenario, &joint);
         if let Ok((shift, scatter)) = &effect {
@@ -126,18 +139,20 @@ pub fn propagated<'s>(
             covariance += scatter;
         }
         let moved = effect.map(|(shift, scatter)| Moved {
-            bias: four(&shift),
-            variance: four(&scatter.diagonal()),
+            bias: chosen(&shift),
+            variance: chosen(&scatter.diagonal()),
         });
         each.push((source.to_owned(), moved));
     }
     Ok(Propagated {
         paths: vec![PropagatedPath {
             name: "joint",
-            method_bias: vec![0.0; REPORTED],
+            method_bias: vec![0.0; reported.len()],
             sources: each,
-            bias: four(&bias),
-            covariance: DMatrix::from_fn(REPORTED, REPORTED, |i, j| covariance[(i, j)]),
+            bias: chosen(&bias),
+            covariance: DMatrix::from_fn(reported.len(), reported.len(), |i, j| {
+                covariance[(reported[i], reported[j])]
+            }),
         }],
         bound: None,
         notes: vec![
@@ -163,17 +178,17 @@ mod tests {
         let scenario = thin();
         let joint = foresee(&scenario, 3).expect("foreseen").joint;
         let shares = &joint.shares;
-        let mut whole = shares.sonar + shares.white + shares.drift + shares.heights;
+        let mut whole = &shares.sonar + &shares.white + &shares.drift + &shares.heights;
         for k in 0..whole.nrows() {
             if let Some(sigma) = joint.priors[k] {
-                whole += shares.held[k] * shares.held[k].transpose() * sigma.powi(2);
+                add_square(&mut whole, &shares.held[k], sigma.powi(2));
             }
         }
-        for k in 0..REPORTED {
+        for k in joint.reported() {
             let stated = joint.sigma(k) / joint.inflation[k];
             let variance = whole[(k, k)];
             assert!((variance.sqrt() / stated - 1.0).abs() < 1e-6, "{k}");
-            for part in [shares.sonar, shares.white, shares.drift, shares.heights] {
+            for part in [&shares.sonar, &shares.white, &shares.drift, &shares.heights] {
                 assert!(part[(k, k)] > 0.0 && part[(k, k)] < variance);
             }
         }

@@ -12,12 +12,13 @@ use rayon::prelude::*;
 use super::config::JointSettings;
 use super::doubts::{Doubts, System};
 use super::field::{Field, Points};
-use super::model::{COUNT, Locator, Values};
+use super::model::{Locator, Values};
 use super::normal::{
     Block, Normal, Part, Placed, Solved, Sought, block, prior_information, sandwich_variances,
 };
+use super::parameters::{self, Kind, Parameter};
 use super::reml::{Bounds, restricted_likelihood};
-use super::scene::Scene;
+use super::scene::{Scene, Sounding};
 use super::screen::Screen;
 use super::shared::shared_noise;
 use super::shares::Shares;
@@ -75,26 +76,28 @@ pub struct Pass {
 /// The joint solution.
 #[derive(Clone, Debug)]
 pub struct Joint {
+    /// The parameters, in the order of all that follows.
+    pub parameters: Vec<Parameter>,
     /// Values found.
     pub values: Values,
     /// Which parameters were sought.
-    pub sought: [bool; COUNT],
+    pub sought: Vec<bool>,
     /// Distance of every parameter from its nominal value.
-    pub off: [f64; COUNT],
+    pub off: Vec<f64>,
     /// Standard deviation of what is known of each beforehand, where there is such.
-    pub priors: [Option<f64>; COUNT],
+    pub priors: Vec<Option<f64>>,
     /// Covariance of the parameters.
-    pub covariance: [[f64; COUNT]; COUNT],
+    pub covariance: Vec<Vec<f64>>,
     /// What each source has in it.
     pub shares: Shares,
     /// Standard deviations from the scatter of the tiles.
-    pub sandwich_sigma: [f64; COUNT],
+    pub sandwich_sigma: Vec<f64>,
     /// Factor by which the model's sigma was widened to the tiles' scatter, 1 where it was not.
-    pub inflation: [f64; COUNT],
+    pub inflation: Vec<f64>,
     /// Standard deviations from the relief alone.
-    pub relief_sigma: Option<[f64; COUNT]>,
+    pub relief_sigma: Option<Vec<f64>>,
     /// Standard deviations from the boat's motion alone.
-    pub motion_sigma: Option<[f64; COUNT]>,
+    pub motion_sigma: Option<Vec<f64>>,
     /// The field.
     pub field: Field,
     /// Whether the last steps were small.
@@ -128,11 +131,15 @@ impl Joint {
         self.covariance[parameter][parameter].max(0.0).sqrt()
     }
 
-    /// By how much the mounting is turned from the nominal one, radians.
+    /// Places of the parameters that may be reported as determined.
+    pub fn reported(&self) -> impl Iterator<Item = usize> {
+        reported(&self.parameters)
+    }
+
+    /// By how much a head's mounting is turned from the nominal one, radians.
     #[must_use]
-    pub fn turn_rad(&self) -> f64 {
-        let [pitch, roll, yaw, ..] = self.off;
-        Vector3::new(pitch, roll, yaw).norm()
+    pub fn turn_rad(&self, head: usize) -> f64 {
+        Vector3::from(parameters::own(head).0.map(|k| self.off[k])).norm()
     }
 
     /// The soundings of the common tiles that the last pass kept; nothing of a survey that is only foreseen, for it has none.
@@ -151,6 +158,12 @@ impl Joint {
     pub fn line_height_m(&self, line: usize) -> f64 {
         self.values.states[self.states.height_of(line)]
     }
+}
+
+/// Places of the parameters that may be reported as determined.
+pub(super) fn reported(parameters: &[Parameter]) -> impl Iterator<Item = usize> {
+    let places = parameters.iter().enumerate();
+    places.filter_map(|(k, p)| p.kind.is_reported().then_some(k))
 }
 
 /// A solve under way.
@@ -221,12 +234,12 @@ pub fn fitted(scene: &Scene, config: &JointSettings) -> Result<Joint, JointError
 pub fn foreseen(
     scene: &Scene,
     config: &JointSettings,
-    mounting: Mounting,
+    mountings: Vec<Mounting>,
     latency_s: f64,
     field: Field,
 ) -> Result<Joint, JointError> {
     let mut work = Work::new(scene, config, &Unwatched);
-    work.values.mounting = mounting;
+    work.values.mountings = mountings;
     work.values.latency_s = latency_s;
     work.field = field;
     let screened = work.screen()?;
@@ -333,7 +346,7 @@ impl<'a> Work<'a> {
         let one = |k: usize| {
             Some(Candidate {
                 sounding: k as u32,
-                line: self.scene.soundings[k].line,
+                strip: self.scene.strip(&self.scene.soundings[k]),
                 point_m: locator.locate(k)?.point_m,
             })
         };
@@ -358,9 +371,10 @@ impl<'a> Work<'a> {
             .collect();
         let mut alive = vec![];
         let mut begin = 0;
-        for line in self.scene.soundings.chunk_by(|a, b| a.line == b.line) {
-            let end = begin + line.len();
-            let seed = self.config.seed ^ (u64::from(line[0].line) << 16);
+        let one = |a: &Sounding, b: &Sounding| self.scene.strip(a) == self.scene.strip(b);
+        for strip in self.scene.soundings.chunk_by(one) {
+            let end = begin + strip.len();
+            let seed = self.config.seed ^ (u64::from(self.scene.strip(&strip[0])) << 16);
             alive.extend(screen.keep(&points[begin..end], seed));
             begin = end;
         }
@@ -368,12 +382,12 @@ impl<'a> Work<'a> {
         Ok(self.alive.iter().filter(|kept| !**kept).count())
     }
 
-    fn cut(&self, side_m: f64, lines: usize, tiles: usize, seed: u64) -> Cut {
+    fn cut(&self, side_m: f64, strips: usize, tiles: usize, seed: u64) -> Cut {
         Cut {
             side_m: side_m * self.scale,
             most: self.config.seabed.soundings_per_tile,
             fewest: 6,
-            lines,
+            strips,
             tiles,
             least_m: 0.12 * self.scale,
             seed: self.config.seed.wrapping_add(seed),
@@ -383,12 +397,12 @@ impl<'a> Work<'a> {
     /// Estimates the field from tiles of single lines.
     fn field_of_single_lines(&mut self) -> Result<(), JointError> {
         let candidates = self.candidates(COARSE_SOUNDINGS)?;
-        let lines = self.scene.lines.len().max(1);
+        let strips = self.scene.lines.len() * self.scene.heads.len();
         let mut tiles = vec![];
-        for line in 0..self.scene.lines.len() {
+        for strip in 0..strips {
             let own: Vec<Candidate> = candidates
                 .iter()
-                .filter(|c| usize::from(c.line) == line)
+                .filter(|c| c.strip as usize == strip)
                 .copied()
                 .collect();
             let cut = Cut {
@@ -396,7 +410,7 @@ impl<'a> Work<'a> {
                 ..self.cut(
                     self.config.seabed.tile_m,
                     1,
-                    FIELD_TILES.div_ceil(lines),
+                    FIELD_TILES.div_ceil(strips),
                     11,
                 )
             };
@@ -500,20 +514,15 @@ impl<'a> Work<'a> {
     }
 
     fn sought(&self, fine: bool) -> Sought {
-        let p = &self.scene.priors;
-        let [right, forward] = p.lever_arm_m;
-        let priors = [
-            p.range_scale * f64::from(u8::from(self.config.seabed.range_scale)),
-            p.heave_scale,
-            p.heave_lag_s,
-            right,
-            forward,
-            p.deep_sound_speed,
-        ];
-        let mut parameters = [true, true, true, self.config.seabed.latency].to_vec();
-        parameters.extend(priors.map(|sigma| fine && sigma > 0.0));
+        let seabed = &self.config.seabed;
+        let is_sought = |p: &Parameter| match p.kind {
+            Kind::Pitch | Kind::Roll | Kind::Yaw => true,
+            Kind::Latency => seabed.latency,
+            Kind::RangeScale if !seabed.range_scale => false,
+            _ => fine && self.scene.prior_sigma(p) > 0.0,
+        };
         Sought {
-            parameters: std::array::from_fn(|k| parameters[k]),
+            parameters: self.scene.parameters().iter().map(is_sought).collect(),
             states: fine,
             inflation: 1.0,
             warp_m: 4.0 * self.scale,
@@ -570,7 +579,7 @@ impl<'a> Work<'a> {
         sought: &Sought,
         dropped: usize,
     ) -> f64 {
-        let steps = (0..COUNT)
+        let steps = (0..sought.parameters.len())
             .filter(|k| sought.parameters[*k])
             .map(|k| (passed.solved.step[k] / passed.solved.sigma(k).max(f64::MIN_POSITIVE)).abs());
         let step_sigmas = steps.fold(0.0, f64::max);
@@ -605,10 +614,11 @@ impl<'a> Work<'a> {
         tiles: &[Tile],
         sought: &Sought,
         part: Part,
-    ) -> Result<Option<[f64; COUNT]>, JointError> {
+    ) -> Result<Option<Vec<f64>>, JointError> {
         let blocks = self.blocks(tiles, sought, part)?;
         let solved = self.normal(&blocks, sought).solve();
-        Ok(solved.map(|s| std::array::from_fn(|k| s.sigma(k))))
+        let count = sought.parameters.len();
+        Ok(solved.map(|s| (0..count).map(|k| s.sigma(k)).collect()))
     }
 
     /// What the score tests of what the model has not need of the solution.
@@ -642,16 +652,18 @@ impl<'a> Work<'a> {
             (&self.field, &sought),
             &passed.solved,
         );
-        let sandwich_sigma = sandwich.map(|v| v.max(0.0).sqrt());
+        let sandwich_sigma: Vec<f64> = sandwich.iter().map(|v| v.max(0.0).sqrt()).collect();
         let modelled = |a: usize, b: usize| passed.solved.covariance(a, b) + shared.extra[(a, b)];
-        let inflation: [f64; COUNT] = std::array::from_fn(|k| {
+        let count = sought.parameters.len();
+        let widened = |k: usize| {
             let ratio = sandwich_sigma[k] / modelled(k, k).sqrt().max(f64::MIN_POSITIVE);
             if sought.parameters[k] && ratio > SCATTER {
                 ratio
             } else {
                 1.0
             }
-        });
+        };
+        let inflation: Vec<f64> = (0..count).map(widened).collect();
         let covariance = |a: usize, b: usize| {
             let held = !sought.parameters[a] || !sought.parameters[b];
             if held {
@@ -665,11 +677,16 @@ impl<'a> Work<'a> {
             shares: Shares::new(&self.states, &prior, &passed.solved, &shared),
             off: self.values.from_nominal(self.scene),
             priors: prior
-                .map(|information| (information > 0.0).then(|| information.sqrt().recip())),
-            sought: sought.parameters,
-            covariance: std::array::from_fn(|a| std::array::from_fn(|b| covariance(a, b))),
+                .iter()
+                .map(|information| (*information > 0.0).then(|| information.sqrt().recip()))
+                .collect(),
+            parameters: self.scene.parameters(),
+            covariance: (0..count)
+                .map(|a| (0..count).map(|b| covariance(a, b)).collect())
+                .collect(),
             sandwich_sigma,
             inflation,
+            sought: sought.parameters.clone(),
             relief_sigma: self.part_sigma(&tiles, &sought, Part::Relief)?,
             motion_sigma: self.part_sigma(&tiles, &sought, Part::Motion)?,
             field: self.field,

@@ -3,7 +3,7 @@
 //! | part | what it does |
 //! |---|---|
 //! | [`survey`] | the survey file and everything that it names |
-//! | [`scene`], [`model`], [`states`] | the survey in memory; from observation to seabed with derivatives; INS drift |
+//! | [`scene`], [`parameters`], [`model`], [`states`] | the survey in memory; what is sought of it; from observation to seabed with derivatives; INS drift |
 //! | [`screen`], [`tiles`], [`field`], [`reml`] | gross errors; pieces of seabed; collocation; the field's parameters |
 //! | [`normal`], [`joint()`] | the adjustment |
 //! | [`shared`], [`shares`] | what soundings of one ping have in common; what each source has in the covariance |
@@ -26,6 +26,7 @@ pub mod joint;
 pub mod layout;
 pub mod model;
 pub mod normal;
+pub mod parameters;
 mod plan;
 pub mod procedure;
 pub mod reference;

@@ -10,7 +10,8 @@ use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
 use super::doubts::Doubts;
 use super::field::{Collocation, Field, Noise, Points};
-use super::model::{Adjusted, COUNT, Located, Locator};
+use super::model::{Adjusted, Located, Locator};
+use super::parameters::{KINDS, Parameter};
 use super::scene::Scene;
 use super::states::{Component, States};
 use super::tiles::Tile;
@@ -27,10 +28,10 @@ pub enum Part {
 }
 
 /// What is sought in a pass.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Sought {
-    /// Which parameters.
-    pub parameters: [bool; COUNT],
+    /// Which parameters, in the order of [`Scene::parameters`].
+    pub parameters: Vec<bool>,
     /// Whether the trajectory's states are.
     pub states: bool,
     /// Factor on the variance of all noise.
@@ -42,16 +43,21 @@ pub struct Sought {
 }
 
 impl Sought {
+    /// How many parameters there are, sought or not.
+    fn count(&self) -> usize {
+        self.parameters.len()
+    }
+
     /// Number of the first state: behind the parameters and what is doubted.
     fn first_state(&self) -> usize {
-        COUNT + self.doubts.map_or(0, |doubts| doubts.columns())
+        self.count() + self.doubts.map_or(0, |doubts| doubts.columns())
     }
 }
 
 /// One tile in the normal equations.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// Numbers of its unknowns: parameters from 0, what is doubted from [`COUNT`], states behind that.
+    /// Numbers of its unknowns: parameters from 0, what is doubted behind them, states behind that.
     pub unknowns: Vec<usize>,
     /// Information, without what a common warp takes.
     pub information: DMatrix<f64>,
@@ -179,7 +185,8 @@ fn each_state(
 
 /// The unknowns that a tile touches, ascending.
 fn unknowns(scene: &Scene, states: &States, placed: &Placed, sought: &Sought) -> Vec<usize> {
-    let mut all: Vec<usize> = (0..COUNT).filter(|k| sought.parameters[*k]).collect();
+    let count = sought.count();
+    let mut all: Vec<usize> = (0..count).filter(|k| sought.parameters[*k]).collect();
     for k in 0..placed.numbers.len() {
         each_state(scene, states, placed, k, sought, |_, state, weight| {
             if weight > 0.0 {
@@ -187,8 +194,13 @@ fn unknowns(scene: &Scene, states: &States, placed: &Placed, sought: &Sought) ->
             }
         });
         if let Some(doubts) = &sought.doubts {
-            let line = usize::from(scene.soundings[placed.numbers[k] as usize].line);
-            all.extend(doubts.columns_of(line).map(|column| COUNT + column));
+            let sounding = &scene.soundings[placed.numbers[k] as usize];
+            let line = usize::from(sounding.line);
+            all.extend(
+                doubts
+                    .columns_of(line, sounding.head)
+                    .map(|column| count + column),
+            );
         }
     }
     all.sort_unstable();
@@ -231,6 +243,7 @@ impl Rows {
         let count = placed.numbers.len();
         let adjusted = |k| placed.adjusted(locator.scene, factor, &found, k);
         let columns = unknowns.len() + WARPS;
+        let parameters = locator.scene.parameters();
         let mut rows = Self {
             adjusted: (0..count).map(adjusted).collect(),
             jacobian: DMatrix::zeros(count, columns),
@@ -239,22 +252,32 @@ impl Rows {
             found,
         };
         for k in 0..count {
-            rows.set_parameters(locator, placed, part, k);
+            rows.set_parameters(locator, placed, (&parameters, part), k);
             rows.set_states(locator, placed, sought, k);
             if let Some(doubts) = &sought.doubts {
-                rows.set_doubts(locator.scene, placed, doubts, k);
+                rows.set_doubts(locator.scene, placed, (doubts, parameters.len()), k);
             }
             rows.set_warps(k, &(points.at_m[k].xy() / sought.warp_m));
         }
         Some(rows)
     }
 
-    fn set_parameters(&mut self, locator: &Locator<'_>, placed: &Placed, part: Part, k: usize) {
+    fn set_parameters(
+        &mut self,
+        locator: &Locator<'_>,
+        placed: &Placed,
+        (parameters, part): (&[Parameter], Part),
+        k: usize,
+    ) {
         let (located, adjusted) = (&placed.located[k], self.adjusted[k]);
         let deep_m = locator.deep_m(placed.numbers[k] as usize, located, &adjusted);
-        let columns = located.columns(&adjusted, deep_m);
-        for c in 0..self.unknowns.partition_point(|unknown| *unknown < COUNT) {
-            self.set(k, c, &part.of(columns[self.unknowns[c]]));
+        let columns: [Vector3<f64>; KINDS] = located.columns(&adjusted, deep_m);
+        let head = locator.scene.soundings[placed.numbers[k] as usize].head;
+        for c in 0..self.unknowns.partition_point(|u| *u < parameters.len()) {
+            let parameter = &parameters[self.unknowns[c]];
+            if parameter.acts_on(head) {
+                self.set(k, c, &part.of(columns[parameter.kind as usize]));
+            }
         }
     }
 
@@ -276,11 +299,17 @@ impl Rows {
         );
     }
 
-    fn set_doubts(&mut self, scene: &Scene, placed: &Placed, doubts: &Doubts, k: usize) {
-        let line = usize::from(scene.soundings[placed.numbers[k] as usize].line);
-        let adjusted = self.adjusted[k];
-        for (column, moved) in doubts.moved(line, &placed.located[k], &adjusted) {
-            if let Ok(c) = self.unknowns.binary_search(&(COUNT + column)) {
+    fn set_doubts(
+        &mut self,
+        scene: &Scene,
+        placed: &Placed,
+        (doubts, behind): (&Doubts, usize),
+        k: usize,
+    ) {
+        let sounding = &scene.soundings[placed.numbers[k] as usize];
+        let (line, adjusted) = (usize::from(sounding.line), self.adjusted[k]);
+        for (column, moved) in doubts.moved((line, sounding.head), &placed.located[k], &adjusted) {
+            if let Ok(c) = self.unknowns.binary_search(&(behind + column)) {
                 self.set(k, c, &moved);
             }
         }
@@ -344,6 +373,7 @@ impl Rows {
 pub struct Normal {
     information: Skyline,
     score: Vec<f64>,
+    parameters: usize,
     first_state: usize,
     /// Sum of squares of residuals, priors included.
     pub omega: f64,
@@ -376,22 +406,11 @@ impl Solved {
 
 /// Information of the parameters' priors; 0 where there is none.
 #[must_use]
-pub fn prior_information(scene: &Scene) -> [f64; COUNT] {
-    let p = &scene.priors;
+pub fn prior_information(scene: &Scene) -> Vec<f64> {
     let of = |sigma: f64| if sigma > 0.0 { sigma.powi(-2) } else { 0.0 };
-    let [right, forward] = p.lever_arm_m;
-    [
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        of(p.range_scale),
-        of(p.heave_scale),
-        of(p.heave_lag_s),
-        of(right),
-        of(forward),
-        of(p.deep_sound_speed),
-    ]
+    let parameters = scene.parameters();
+    let each = parameters.iter().map(|p| of(scene.prior_sigma(p)));
+    each.collect()
 }
 
 impl Normal {
@@ -402,7 +421,7 @@ impl Normal {
         states: &States,
         blocks: &[Block],
         sought: &Sought,
-        from_nominal: &[f64; COUNT],
+        from_nominal: &[f64],
         state_values: &[f64],
     ) -> Self {
         let first = sought.first_state();
@@ -412,6 +431,7 @@ impl Normal {
         let mut normal = Self {
             information: Skyline::new(size, first, groups.iter().map(Vec::as_slice)),
             score: vec![0.0; size],
+            parameters: sought.count(),
             first_state: first,
             omega: 0.0,
             freedom: 0.0,
@@ -436,12 +456,7 @@ impl Normal {
         self.freedom += block.freedom as f64;
     }
 
-    fn add_parameter_priors(
-        &mut self,
-        scene: &Scene,
-        sought: &Sought,
-        from_nominal: &[f64; COUNT],
-    ) {
+    fn add_parameter_priors(&mut self, scene: &Scene, sought: &Sought, from_nominal: &[f64]) {
         for (k, information) in prior_information(scene).into_iter().enumerate() {
             if !sought.parameters[k] {
                 self.information.add(k, k, 1.0);
@@ -487,7 +502,7 @@ impl Normal {
             unit
         };
         let right: Vec<Vec<f64>> = std::iter::once(self.score.clone())
-            .chain((0..COUNT).map(unit))
+            .chain((0..self.parameters).map(unit))
             .collect();
         let mut solutions = self.information.clone().solve(&right)?.into_iter();
         let step = solutions.next()?;
@@ -506,8 +521,9 @@ pub fn sandwich_variances(
     states: &States,
     blocks: &[Block],
     solved: &Solved,
-) -> [f64; COUNT] {
-    let mut variances = [0.0; COUNT];
+) -> Vec<f64> {
+    let count = solved.inverse.len();
+    let mut variances = vec![0.0; count];
     let dot = |p: usize, unknowns: &[usize], score: &DVector<f64>| -> f64 {
         let each = unknowns.iter().zip(score.iter());
         each.map(|(u, s)| solved.inverse[p][*u] * s).sum()
@@ -521,7 +537,7 @@ pub fn sandwich_variances(
             *variance += information * solved.inverse[p][k].powi(2);
         }
         states.each_information(|row, column, value| {
-            let (a, b) = (COUNT + row, COUNT + column);
+            let (a, b) = (count + row, count + column);
             let both = if row == column { 1.0 } else { 2.0 };
             *variance += both * value * solved.inverse[p][a] * solved.inverse[p][b];
         });

@@ -9,11 +9,11 @@ use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::foresight::foresee;
-use super::model::PARAMETERS;
+use super::joint::reported;
+use super::parameters::{Kind, Parameter};
 use super::survey::scenario::Course;
 use super::survey::{SeabedScenario, parse_scenario};
 use super::trials::SeabedTrials;
-use super::verdict::REPORTED;
 use crate::calibrate::planning::{PlanAsk, Planner};
 use crate::calibrate::seam::InputError;
 use crate::calibrate::tried::Tried;
@@ -28,7 +28,14 @@ use crate::results::{
 };
 
 /// What is wanted where nobody says otherwise: degrees and seconds.
-const WANTED: [f64; REPORTED] = [0.05, 0.02, 0.1, 0.002];
+const fn usual(kind: Kind) -> f64 {
+    match kind {
+        Kind::Pitch => 0.05,
+        Kind::Roll => 0.02,
+        Kind::Yaw => 0.1,
+        _ => 0.002,
+    }
+}
 /// Most lines that are added, whatever `--most` allows: a patch test has few.
 const MOST: usize = 8;
 /// Beside the first track by so much of the half swath: the outer beams reach under the neighbour's boat.
@@ -53,7 +60,9 @@ enum Refused {
 struct SeabedPlan {
     scenario: SeabedScenario,
     ask: PlanAsk,
-    wanted: [f64; REPORTED],
+    /// What may be reported, and how well it is wanted.
+    sought: Vec<Parameter>,
+    wanted: Vec<f64>,
     points: Vec<(Point, SeabedScenario)>,
 }
 
@@ -66,11 +75,20 @@ pub fn planner(file: &Path, text: &str, ask: &PlanAsk) -> Result<Box<dyn Planner
     if !ask.crabs_deg.is_empty() {
         return Err(InputError::unworkable(Refused::Crab));
     }
-    let mut wanted = WANTED;
+    let all = scenario.parameters();
+    let sought: Vec<Parameter> = reported(&all).map(|k| all[k]).collect();
+    let mut wanted: Vec<f64> = sought.iter().map(|p| usual(p.kind)).collect();
     for (name, value) in &ask.wanted {
-        let place = PARAMETERS[..REPORTED].iter().position(|p| p.0 == name);
-        let k = place.ok_or_else(|| InputError::unworkable(Refused::Wanted(name.clone())))?;
-        wanted[k] = if k < 3 { *value } else { value * 1e-3 };
+        let is_meant = |p: &Parameter| p.base() == name || p.name() == *name;
+        if !sought.iter().any(is_meant) {
+            return Err(InputError::unworkable(Refused::Wanted(name.clone())));
+        }
+        for (sigma, parameter) in wanted.iter_mut().zip(&sought) {
+            if is_meant(parameter) {
+                let unit = if parameter.kind.is_angle() { 1.0 } else { 1e-3 };
+                *sigma = value * unit;
+            }
+        }
     }
     let with_scenario = |point: Point| {
         let there = at(&scenario, &point, &[], SeabedScenario::faults);
@@ -81,6 +99,7 @@ pub fn planner(file: &Path, text: &str, ask: &PlanAsk) -> Result<Box<dyn Planner
         points: points.map_err(InputError::unworkable)?,
         scenario,
         ask: ask.clone(),
+        sought,
         wanted,
     }))
 }
@@ -92,10 +111,11 @@ fn figures(scenario: &SeabedScenario) -> Foreseen {
     let found = foresee(scenario, scenario.seed).map_err(|e| e.to_string())?;
     let one = |k: usize| {
         let sigma = found.joint.sigma(k);
-        let shown = if k < 3 { sigma.to_degrees() } else { sigma };
+        let is_angle = found.joint.parameters[k].kind.is_angle();
+        let shown = if is_angle { sigma.to_degrees() } else { sigma };
         found.judged.determined[k].then_some(shown)
     };
-    Ok((0..REPORTED).map(one).collect())
+    Ok(found.joint.reported().map(one).collect())
 }
 
 /// The track of a line with its directions.
@@ -205,7 +225,7 @@ impl SeabedPlan {
         };
         let ratios = found
             .iter()
-            .zip(self.wanted)
+            .zip(&self.wanted)
             .map(|(sigma, wanted)| sigma.map_or(NOTHING, |sigma| sigma / wanted));
         match self.ask.criterion {
             PlanCriterion::A => ratios.map(|r| r * r).sum(),
@@ -214,11 +234,11 @@ impl SeabedPlan {
     }
 
     fn reached(&self, found: &Foreseen) -> bool {
-        let all = found.iter().flatten().zip(self.wanted);
+        let all = found.iter().flatten().zip(&self.wanted);
         found.is_ok()
             && all
                 .into_iter()
-                .all(|(sigma, wanted)| sigma.is_some_and(|sigma| sigma <= wanted))
+                .all(|(sigma, wanted)| sigma.is_some_and(|sigma| sigma <= *wanted))
     }
 
     /// Every candidate behind these lines.
@@ -383,8 +403,8 @@ impl Planner for SeabedPlan {
             software: Software::this(),
             command: String::new(),
             criterion: self.ask.criterion,
-            parameters: PARAMETERS[..REPORTED].iter().map(parameter).collect(),
-            wanted: self.wanted.map(Some).to_vec(),
+            parameters: self.sought.iter().map(parameter).collect(),
+            wanted: self.wanted.iter().copied().map(Some).collect(),
             sailed: sailed.iter().map(|line| self.pass(line)).collect(),
             sailed_standard_deviation: start.ok(),
             passes_needed: chosen.reached.then_some(chosen.steps.len() as u64),
@@ -400,10 +420,13 @@ impl Planner for SeabedPlan {
     }
 }
 
-fn parameter((name, unit): &(&str, &str)) -> BudgetParameter {
-    let unit = if *unit == "rad" { "deg" } else { unit };
+fn parameter(parameter: &Parameter) -> BudgetParameter {
+    let unit = match parameter.unit() {
+        "rad" => "deg",
+        unit => unit,
+    };
     BudgetParameter {
-        name: (*name).to_owned(),
+        name: parameter.name(),
         unit: unit.to_owned(),
     }
 }

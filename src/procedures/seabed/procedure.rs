@@ -119,7 +119,8 @@ impl Loaded for LoadedSeabed {
     }
 
     fn cloud(&self, calibrated: &Calibrated) -> Result<Option<Cloud<'_>>, InputError> {
-        Ok(Some(super::apply::cloud(self, calibrated)))
+        let cloud = super::apply::cloud(self, calibrated);
+        cloud.map(Some).map_err(InputError::unworkable)
     }
 
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {

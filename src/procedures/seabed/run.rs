@@ -47,11 +47,14 @@ fn by_reference(
     let (scene, config) = (input.scene, input.reference);
     let states = States::new(&scene.lines, &scene.ins, &scene.drift);
     let widest_rad = input.joint.max_angle_deg.to_radians();
+    // the paths of the books know one head: the first of several
+    let first = scene.soundings.iter().map(|s| s.head == 0);
+    let alive: Vec<bool> = alive.iter().zip(first).map(|(a, f)| *a && f).collect();
     if config.by_features() {
-        let found = features(scene, &states, alive, layout, config, widest_rad)?;
+        let found = features(scene, &states, &alive, layout, config, widest_rad)?;
         return Ok(Reference::Features(found));
     }
-    let found = patch_test(scene, &states, alive, layout, config, widest_rad);
+    let found = patch_test(scene, &states, &alive, layout, config, widest_rad);
     Ok(Reference::Patch(found))
 }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::parameters::{self, Kind, Parameter};
 use crate::calibrate::cloud::Beam;
 use crate::georef::Layers;
 use crate::math;
@@ -86,6 +87,8 @@ impl SonarNoise {
 pub struct Sounding {
     /// Which line.
     pub line: u16,
+    /// Index of the head, 0 where there is one.
+    pub head: u8,
     /// Stamp, seconds.
     pub time_s: f64,
     /// Across-track angle at the transducer, radians, positive to starboard.
@@ -126,6 +129,28 @@ impl Arrays {
             };
         }
         Mounting::from_angles(roll, pitch, heading, transmitter.lever_arm_m)
+    }
+}
+
+/// A head: how it is mounted as far as that is known beforehand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Head {
+    /// Its number in the files: a serial number, or what stands in the column `head` of a CSV; 0 where there is only one.
+    pub number: u32,
+    /// Nominal mounting. Of two arrays: roll of the receive array, the rest of the transmit array; one correction serves both.
+    pub nominal: Mounting,
+    /// The two arrays, where they stand each on its own.
+    pub arrays: Option<Arrays>,
+    /// Standard deviations of the lever arm (right, forward, up), metres; 0 holds it. The first head's one upwards is held whatever it is:
+    /// it is inseparable from the heights of the lines.
+    pub lever_arm_sigma_m: [f64; 3],
+}
+
+impl Head {
+    /// Its number in words, such as `head 102`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("head {}", self.number)
     }
 }
 
@@ -173,8 +198,6 @@ pub struct Priors {
     pub heave_scale: f64,
     /// Lag of the heave channel, seconds.
     pub heave_lag_s: f64,
-    /// Lever arm to the right and forward, metres.
-    pub lever_arm_m: [f64; 2],
     /// Relative error of the sound-speed profile at [`REFERENCE_DEPTH_M`].
     pub deep_sound_speed: f64,
 }
@@ -238,29 +261,73 @@ pub struct Scene {
     pub water: Water,
     /// What the sonar claims.
     pub sonar: SonarNoise,
-    /// Nominal mounting of the sonar. Of two arrays: roll of the receive array, the rest of the transmit array; one correction serves
-    /// both.
-    pub nominal: Mounting,
-    /// The two arrays, where they stand each on its own.
-    pub arrays: Option<Arrays>,
+    /// The heads, at least one.
+    pub heads: Vec<Head>,
     /// What is known beforehand.
     pub priors: Priors,
 }
 
 impl Scene {
+    /// The parameters of the survey, in their order.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let numbers: Vec<u32> = self.heads.iter().map(|head| head.number).collect();
+        parameters::list(&numbers)
+    }
+
+    /// Standard deviation of what is known of a parameter beforehand; 0 where nothing is, or where it is held.
+    #[must_use]
+    pub fn prior_sigma(&self, parameter: &Parameter) -> f64 {
+        let p = &self.priors;
+        let of_arm = |axis: usize| {
+            let arm = |head: usize| self.heads.get(head).map(|h| h.lever_arm_sigma_m[axis]);
+            let own = arm(usize::from(parameter.head.unwrap_or(0))).unwrap_or(0.0);
+            // what the first one's is off by goes into the heights of the lines, and with them into what the others lie above it
+            match axis {
+                2 if own > 0.0 => math::hypot(own, arm(0).unwrap_or(0.0)),
+                _ => own,
+            }
+        };
+        match parameter.kind {
+            Kind::Pitch | Kind::Roll | Kind::Yaw | Kind::Latency => 0.0,
+            Kind::RangeScale => p.range_scale,
+            Kind::HeaveScale => p.heave_scale,
+            Kind::HeaveLag => p.heave_lag_s,
+            Kind::ArmRight => of_arm(0),
+            Kind::ArmForward => of_arm(1),
+            Kind::ArmUp => of_arm(2),
+            Kind::DeepSoundSpeed => p.deep_sound_speed,
+        }
+    }
+
+    /// The strip of seabed that a sounding is of: one head's on one line. Strips are told apart wherever surfaces are, for heads that are
+    /// not calibrated yet see different ones.
+    #[must_use]
+    pub fn strip(&self, sounding: &Sounding) -> u32 {
+        u32::from(sounding.line) * self.heads.len() as u32 + u32::from(sounding.head)
+    }
+
+    /// Angle of a beam from the vertical of the boat, radians, positive to starboard: of several heads, which look to different sides, with
+    /// the nominal roll of its own; of one head the angle against its axis.
+    #[must_use]
+    pub fn abeam_rad(&self, sounding: &Sounding) -> f64 {
+        if self.heads.len() == 1 {
+            return sounding.across_rad;
+        }
+        sounding.across_rad - self.heads[usize::from(sounding.head)].nominal.angles().0
+    }
+
     /// Median depth of the soundings below the transducer at the nominal mounting, metres; 0 without soundings.
     #[must_use]
     pub fn typical_depth_m(&self) -> f64 {
         let speed = self.water.surface_speed_m_s();
         let step = (self.soundings.len() / 5000).max(1);
-        let depth =
-            |s: &Sounding| s.one_way_s * speed * math::cos(s.across_rad + self.nominal_roll());
+        let rolls: Vec<f64> = self.heads.iter().map(|h| -h.nominal.angles().0).collect();
+        let depth = |s: &Sounding| {
+            s.one_way_s * speed * math::cos(s.across_rad + rolls[usize::from(s.head)])
+        };
         let mut depths: Vec<f64> = self.soundings.iter().step_by(step).map(depth).collect();
         crate::stats::median(&mut depths).unwrap_or(0.0)
-    }
-
-    fn nominal_roll(&self) -> f64 {
-        -self.nominal.angles().0
     }
 }
 

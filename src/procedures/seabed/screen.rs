@@ -40,7 +40,7 @@ impl Screen {
         }
     }
 
-    /// Marks the soundings of one line to be kept; `points_m` are theirs, `None` where there is none.
+    /// Marks the soundings of one strip to be kept; `points_m` are theirs, `None` where there is none.
     #[must_use]
     pub fn keep(&self, points_m: &[Option<Vector3<f64>>], seed: u64) -> Vec<bool> {
         let mut cells: BTreeMap<Cell, Vec<usize>> = BTreeMap::new();

@@ -13,20 +13,20 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::SVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::field::Field;
-use super::model::{COUNT, Locator};
+use super::model::Locator;
 use super::normal::{Part, Placed, Rows, Solved, Sought};
 use super::scene::InsNoise;
 use super::states::Component;
 use super::tiles::Tile;
 
 /// One value of each parameter.
-pub type Parameters = SVector<f64, COUNT>;
+pub type Parameters = DVector<f64>;
 /// A covariance of the parameters.
-pub type Covariance = nalgebra::SMatrix<f64, COUNT, COUNT>;
+pub type Covariance = DMatrix<f64>;
 
 /// Components of a record's error.
 const COMPONENTS: [Component; 6] = [
@@ -63,7 +63,7 @@ struct Influence {
 }
 
 /// The white noise of the INS in the covariance of the parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SharedNoise {
     /// What is to be added to `N^-1`.
     pub extra: Covariance,
@@ -85,7 +85,7 @@ pub fn shared_noise(
         influences(locator, &placed, field, sought, solved).unwrap_or_default()
     };
     let all: Vec<Vec<Influence>> = tiles.par_iter().map(of).collect();
-    together(all.iter().flatten())
+    together(solved.inverse.len(), all.iter().flatten())
 }
 
 fn influences(
@@ -115,7 +115,7 @@ fn influences(
         Some(Influence {
             record,
             weight: (located.time_s - times[record]) / (times[record + 1] - times[record]),
-            parameters: Parameters::from_fn(|p, _| change(p)),
+            parameters: Parameters::from_fn(solved.inverse.len(), |p, _| change(p)),
             errors: COMPONENTS.map(error),
             known_m2: placed.points.noise[k].ins_m2,
         })
@@ -123,24 +123,38 @@ fn influences(
     (0..placed.numbers.len()).map(one).collect()
 }
 
-/// Sums over the records, with and without what the blocks have.
-fn together<'a>(all: impl Iterator<Item = &'a Influence>) -> SharedNoise {
+/// Adds `factor a a'` to a covariance.
+pub(super) fn add_square(sum: &mut Covariance, a: &Parameters, factor: f64) {
+    for (column, y) in a.iter().enumerate() {
+        for (row, x) in a.iter().enumerate() {
+            sum[(row, column)] += x * y * factor;
+        }
+    }
+}
+
+/// Sums over the records, with and without what the blocks have, of so many parameters.
+fn together<'a>(count: usize, all: impl Iterator<Item = &'a Influence>) -> SharedNoise {
+    let nothing = || Parameters::zeros(count);
     let mut records: BTreeMap<usize, [Parameters; 6]> = BTreeMap::new();
-    let (mut sum, mut known) = (Covariance::zeros(), Covariance::zeros());
+    let (mut sum, mut known) = (
+        Covariance::zeros(count, count),
+        Covariance::zeros(count, count),
+    );
     for one in all {
         for (record, weight) in [(one.record, 1.0 - one.weight), (one.record + 1, one.weight)] {
-            let moved = records.entry(record).or_insert([Parameters::zeros(); 6]);
+            let each = || std::array::from_fn(|_| nothing());
+            let moved = records.entry(record).or_insert_with(each);
             for (total, error) in moved.iter_mut().zip(one.errors) {
-                *total += one.parameters * (weight * error);
+                *total += &one.parameters * (weight * error);
             }
         }
-        known += one.parameters * one.parameters.transpose() * one.known_m2;
+        add_square(&mut known, &one.parameters, one.known_m2);
     }
     for moved in records.values().flatten() {
-        sum += moved * moved.transpose();
+        add_square(&mut sum, moved, 1.0);
     }
     SharedNoise {
-        extra: sum - known,
+        extra: &sum - known,
         all: sum,
     }
 }
@@ -149,11 +163,13 @@ fn together<'a>(all: impl Iterator<Item = &'a Influence>) -> SharedNoise {
 mod tests {
     use super::*;
 
+    const COUNT: usize = 10;
+
     fn beam(record: usize, weight: f64) -> Influence {
         Influence {
             record,
             weight,
-            parameters: Parameters::from_fn(|p, _| if p == 0 { 0.5 } else { 0.0 }),
+            parameters: Parameters::from_fn(COUNT, |p, _| if p == 0 { 0.5 } else { 0.0 }),
             errors: [0.0, 0.0, 0.002, 0.0, 0.0, 0.0],
             known_m2: 0.002 * 0.002,
         }
@@ -166,14 +182,14 @@ mod tests {
         let ping: Vec<Influence> = (0..40).map(|_| beam(7, 0.0)).collect();
         let known = n * 0.25 * 0.002 * 0.002;
         let expected = (n * 0.5 * 0.002_f64).powi(2) - known;
-        assert!((together(ping.iter()).extra[(0, 0)] - expected).abs() < 1e-15);
+        assert!((together(COUNT, ping.iter()).extra[(0, 0)] - expected).abs() < 1e-15);
     }
 
     /// One beam on each of many records is what the blocks take it for.
     #[test]
     fn beams_on_records_of_their_own_add_nothing() {
         let apart: Vec<Influence> = (0..40).map(|k| beam(3 * k, 0.0)).collect();
-        assert!(together(apart.iter()).extra.amax() < 1e-18);
+        assert!(together(COUNT, apart.iter()).extra.amax() < 1e-18);
     }
 
     /// Half way between two records the noise is halved in variance, whoever shares it.
@@ -183,7 +199,7 @@ mod tests {
             known_m2: 0.0,
             ..beam(3, 0.5)
         };
-        let variance = together([&middle].into_iter()).all[(0, 0)];
+        let variance = together(COUNT, [&middle].into_iter()).all[(0, 0)];
         assert!((variance - 0.5 * 0.25 * 4e-6).abs() < 1e-18, "{variance}");
     }
 }

@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix3};
 use serde_json::json;
 
-use super::joint::{Joint, JointError};
-use super::model::{COUNT, PARAMETERS, Values};
+use super::joint::{Joint, JointError, reported as reported_places};
+use super::model::Values;
+use super::parameters::{DEEP_SOUND_SPEED, HEAVE_LAG, HEAVE_SCALE, LATENCY, RANGE_SCALE, own};
 use super::reference::{Reference, ReferenceError};
 use super::reml::CLAIMED;
 use super::run::{SeabedInput, SeabedOutcome};
-use super::scene::Scene;
+use super::scene::{Head, Scene};
 use super::simulate::SeabedTruth;
 use super::verdict::{Judgement, Reason};
 use super::views::views;
@@ -20,26 +21,41 @@ use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
 use crate::calibrate::solution::{Mounted, iterations, matrices, parameter};
 use crate::geometry::rotation;
+use crate::observe::Mounting;
 use crate::results::{
     AgainstTruth, Calibration, Comparison, Difference, Finding, Page, Parameter, Provenance,
     SCHEMA, SensorCounts, Severity, Solution, Solutions, Status, TextTable, TruthRow, Verdict,
 };
 
-/// Columns of the mounting's six; the lever arm upwards is held and has none.
-const SIX: [Option<usize>; 6] = [Some(0), Some(1), Some(2), Some(7), Some(8), None];
+/// Columns of a head's six; the first one's lever arm upwards is held and has none.
+fn six(head: usize) -> [Option<usize>; 6] {
+    let ([pitch, roll, yaw], [right, forward, up]) = own(head);
+    [Some(pitch), Some(roll), Some(yaw), right, forward, up]
+}
+
 /// The other parameters in the order of a result.
 const OTHERS: [(&str, Unit, usize); 5] = [
-    ("latency", Unit::Second, 3),
-    ("range scale", Unit::One, 4),
-    ("heave scale", Unit::One, 5),
-    ("heave lag", Unit::Second, 6),
-    ("deep sound speed", Unit::One, 9),
+    ("latency", Unit::Second, LATENCY),
+    ("range scale", Unit::One, RANGE_SCALE),
+    ("heave scale", Unit::One, HEAVE_SCALE),
+    ("heave lag", Unit::Second, HEAVE_LAG),
+    ("deep sound speed", Unit::One, DEEP_SOUND_SPEED),
 ];
 
-/// Every column in the order of a result.
-fn columns() -> Vec<Option<usize>> {
+/// Every column in the order of a result: the mountings of the heads, then what they share.
+fn columns(heads: usize) -> Vec<Option<usize>> {
     let others = OTHERS.iter().map(|o| Some(o.2));
-    SIX.into_iter().chain(others).collect()
+    (0..heads).flat_map(six).chain(others).collect()
+}
+
+/// What a head's mounting is called, and what its parameters' names begin with.
+fn named(scene: &Scene, head: usize) -> (String, String) {
+    if scene.heads.len() == 1 {
+        return ("multibeam".to_owned(), String::new());
+    }
+    let name = scene.heads[head].name();
+    let prefix = format!("{name} ");
+    (name, prefix)
 }
 
 /// The result of a calibration.
@@ -62,8 +78,8 @@ pub(super) fn result(
     let deciding = solutions.deciding().is_some_and(|s| s.usable);
     let usable = verdict.state.is_usable() && deciding;
     // two arrays are two records in those programs, and one mounting is neither of them
-    let one_head = input.scene.arrays.is_none();
-    let conventions = conventions::deciding(&solutions, usable && one_head);
+    let single = input.scene.heads.iter().all(|head| head.arrays.is_none());
+    let conventions = conventions::deciding(&solutions, usable && single);
     Calibration {
         schema: SCHEMA,
         procedure: "seabed".to_owned(),
@@ -75,7 +91,7 @@ pub(super) fn result(
         comparison: comparison(outcome),
         solutions,
         residual_rms_m: BTreeMap::new(),
-        notes: notes(outcome),
+        notes: notes(outcome, input.scene),
         details: details(outcome),
         conventions,
     }
@@ -163,7 +179,7 @@ fn note(column: Option<usize>, joint: &Joint, judged: &Judgement) -> &'static st
         None => "held: inseparable from the heights of the lines",
         Some(k) if !joint.sought[k] => "held",
         Some(k) if judged.determined[k] => "",
-        Some(0..4) => "not determined",
+        Some(k) if joint.parameters[k].kind.is_reported() => "not determined",
         Some(_) => WITHIN_PRIOR,
     }
 }
@@ -188,20 +204,29 @@ fn jointly(found: &Result<(Joint, Judgement), JointError>, scene: &Scene) -> Sol
         Err(error) => return Solution::without_result(Status::Refused, error.to_string()),
     };
     let covariance = covariance(joint);
-    let mounting = &joint.values.mounting;
-    let mounted = Mounted {
-        name: "multibeam",
-        rotation: (&mounting.rotation, &scene.nominal.rotation),
-        lever_arm_m: Some((mounting.lever_arm_m, scene.nominal.lever_arm_m)),
-        covariance: Some(&covariance),
+    let names: Vec<_> = (0..scene.heads.len()).map(|h| named(scene, h)).collect();
+    let own: Vec<_> = (0..scene.heads.len())
+        .map(|head| covariance.view((6 * head, 6 * head), (6, 6)).into_owned())
+        .collect();
+    let mounted = |head: usize| {
+        let (found, nominal) = (&joint.values.mountings[head], &scene.heads[head].nominal);
+        Mounted {
+            name: &names[head].0,
+            rotation: (&found.rotation, &nominal.rotation),
+            lever_arm_m: Some((found.lever_arm_m, nominal.lever_arm_m)),
+            covariance: Some(&own[head]),
+        }
     };
+    let heads: Vec<Mounted<'_>> = (0..scene.heads.len()).map(mounted).collect();
     let off = joint.values.from_nominal(scene);
     let others = OTHERS
         .iter()
         .map(|(name, unit, k)| parameter(name, *unit, off[*k], Some(joint.sigma(*k))));
-    let all = mounted.parameters("").into_iter().chain(others);
+    let of_heads = heads.iter().zip(&names);
+    let all = of_heads.flat_map(|(m, (_, prefix))| m.parameters(prefix));
     let parameters = all
-        .zip(columns())
+        .chain(others)
+        .zip(columns(scene.heads.len()))
         .map(|(p, column)| reported(p, note(column, joint, judged)))
         .collect();
     let usable = judged.usable();
@@ -211,7 +236,10 @@ fn jointly(found: &Result<(Joint, Judgement), JointError>, scene: &Scene) -> Sol
         parameters,
         covariance: covariance_rows.filter(|_| usable),
         correlation: correlation_rows.filter(|_| usable),
-        mountings: usable.then(|| mounted.result()).into_iter().collect(),
+        mountings: match usable {
+            true => heads.iter().map(Mounted::result).collect(),
+            false => vec![],
+        },
         convergence: iterations(
             0,
             0,
@@ -234,7 +262,7 @@ fn status(joint: &Joint, usable: bool) -> Status {
 }
 
 fn covariance(joint: &Joint) -> DMatrix<f64> {
-    let all = columns();
+    let all = columns(joint.values.mountings.len());
     DMatrix::from_fn(all.len(), all.len(), |i, j| match (all[i], all[j]) {
         (Some(a), Some(b)) => joint.covariance[a][b],
         _ => 0.0,
@@ -247,15 +275,18 @@ fn by_reference(found: &Result<Reference, ReferenceError>, scene: &Scene) -> Sol
         Err(error) => return Solution::without_result(Status::Refused, error.to_string()),
     };
     let values = reference.values();
+    // the paths of the books know one head: the first of several
+    let (found, nominal) = (&values.mountings[0], &scene.heads[0].nominal);
+    let (name, prefix) = named(scene, 0);
     let mounted = Mounted {
-        name: "multibeam",
-        rotation: (&values.mounting.rotation, &scene.nominal.rotation),
-        lever_arm_m: Some((values.mounting.lever_arm_m, scene.nominal.lever_arm_m)),
+        name: &name,
+        rotation: (&found.rotation, &nominal.rotation),
+        lever_arm_m: Some((found.lever_arm_m, nominal.lever_arm_m)),
         covariance: None,
     };
     let latency = parameter("latency", Unit::Second, values.latency_s, None);
     let scale = parameter("range scale", Unit::One, values.range_scale, None);
-    let angles = mounted.parameters("").into_iter().take(3);
+    let angles = mounted.parameters(&prefix).into_iter().take(3);
     let sought = match reference {
         Reference::Patch(_) => 4,
         Reference::Features(_) => 5,
@@ -299,7 +330,8 @@ fn comparison(outcome: &SeabedOutcome) -> Option<Comparison> {
         .filter(|k| reference.found()[*k] && judged.determined[*k])
         .collect();
     let (ours, theirs) = (&joint.values, reference.values());
-    let turn = rotation::log(&(theirs.mounting.rotation * ours.mounting.rotation.transpose()));
+    let rotations = (&theirs.mountings[0].rotation, &ours.mountings[0].rotation);
+    let turn = rotation::log(&(rotations.0 * rotations.1.transpose()));
     let all = [turn.x, turn.y, turn.z, theirs.latency_s - ours.latency_s];
     let d = DVector::from_iterator(both.len(), both.iter().map(|k| all[*k]));
     let covariance = DMatrix::from_fn(both.len(), both.len(), |i, j| {
@@ -310,7 +342,7 @@ fn comparison(outcome: &SeabedOutcome) -> Option<Comparison> {
         let unit = if *k < 3 { Unit::Radian } else { Unit::Second };
         let (difference, word) = readable(all[*k], unit);
         Difference {
-            name: PARAMETERS[*k].0.to_owned(),
+            name: joint.parameters[*k].name(),
             unit: word.to_owned(),
             difference,
             in_joint_sigmas: all[*k] / joint.sigma(*k),
@@ -351,7 +383,7 @@ fn counts(outcome: &SeabedOutcome, scene: &Scene, read: usize) -> BTreeMap<Strin
     BTreeMap::from([("multibeam".to_owned(), counts)])
 }
 
-fn notes(outcome: &SeabedOutcome) -> Vec<String> {
+fn notes(outcome: &SeabedOutcome, scene: &Scene) -> Vec<String> {
     let judged = match &outcome.joint {
         Some(Ok((joint, judged))) => {
             let held = (joint.field.noise_factor == CLAIMED).then(|| {
@@ -365,7 +397,23 @@ fn notes(outcome: &SeabedOutcome) -> Vec<String> {
     let scale = "scale, heave, lever arm and profile are held within their priors; the latency's sigma holds as long as heave and attitude are of one clock within the heave lag's prior";
     let mut all = vec![scale.to_owned()];
     all.extend(judged);
+    all.extend(outcome.reference.as_ref().and_then(|_| first_alone(scene)));
     all
+}
+
+/// What the reference paths do where there are several heads, in words.
+fn first_alone(scene: &Scene) -> Option<String> {
+    let [first, others @ ..] = scene.heads.as_slice() else {
+        return None;
+    };
+    let others: Vec<String> = others.iter().map(Head::name).collect();
+    (!others.is_empty()).then(|| {
+        format!(
+            "the reference path knows one head: it calibrates {} from its own soundings alone, and nothing of {}",
+            first.name(),
+            others.join(", ")
+        )
+    })
 }
 
 fn details(outcome: &SeabedOutcome) -> serde_json::Value {
@@ -410,18 +458,22 @@ fn heights(outcome: &SeabedOutcome, joint: &Joint) -> serde_json::Value {
 
 /// Each parameter's sigma by the model, by the tiles' scatter, from relief and from motion alone; rad, m, s, 1.
 fn sigmas(joint: &Joint) -> serde_json::Value {
-    let part = |all: Option<[f64; COUNT]>, k: usize| all.map(|s| s[k]).filter(|s| s.is_finite());
+    let part = |all: &Option<Vec<f64>>, k: usize| {
+        let sigma = all.as_ref().map(|s| s[k]);
+        sigma.filter(|s| s.is_finite())
+    };
     let one = |k: usize| {
         json!({
-            "name": PARAMETERS[k].0,
-            "unit": PARAMETERS[k].1,
+            "name": joint.parameters[k].name(),
+            "unit": joint.parameters[k].unit(),
             "model": joint.sigma(k),
             "scatter": joint.sandwich_sigma[k],
-            "relief": part(joint.relief_sigma, k),
-            "motion": part(joint.motion_sigma, k),
+            "relief": part(&joint.relief_sigma, k),
+            "motion": part(&joint.motion_sigma, k),
         })
     };
-    (0..COUNT).filter(|k| joint.sought[*k]).map(one).collect()
+    let count = joint.sought.len();
+    (0..count).filter(|k| joint.sought[*k]).map(one).collect()
 }
 
 /// The report's own section.
@@ -482,16 +534,17 @@ fn sources(outcome: &SeabedOutcome) -> TextTable {
         return TextTable::default();
     };
     let row = |k: usize| {
-        let unit = if k < 3 { Unit::Radian } else { Unit::Second };
+        let parameter = &joint.parameters[k];
+        let unit = unit_of(parameter);
         let figure = |x: Option<f64>| {
             x.map_or_else(|| "-".to_owned(), |x| format!("{:.5}", readable(x, unit).0))
         };
         vec![
-            format!("{}, {}", PARAMETERS[k].0, readable(0.0, unit).1),
+            format!("{}, {}", parameter.name(), readable(0.0, unit).1),
             figure(Some(joint.sigma(k))),
             figure(Some(joint.sandwich_sigma[k])),
-            figure(joint.relief_sigma.map(|s| s[k])),
-            figure(joint.motion_sigma.map(|s| s[k])),
+            figure(joint.relief_sigma.as_ref().map(|s| s[k])),
+            figure(joint.motion_sigma.as_ref().map(|s| s[k])),
         ]
     };
     let field = &joint.field;
@@ -510,7 +563,9 @@ fn sources(outcome: &SeabedOutcome) -> TextTable {
             "relief alone",
             "motion alone",
         ]),
-        rows: (0..4).filter(|k| joint.sought[*k]).map(row).collect(),
+        rows: (joint.reported().filter(|k| joint.sought[*k]))
+            .map(row)
+            .collect(),
         lines: judged
             .noted()
             .chain([words, lifted(outcome, joint)])
@@ -524,15 +579,41 @@ fn lifted(outcome: &SeabedOutcome, joint: &Joint) -> String {
     format!("lines lifted by: {}", all.collect::<Vec<_>>().join(", "))
 }
 
-/// Errors against the truth: pitch, roll, yaw, latency.
+/// Unit of a parameter that may be reported.
+fn unit_of(parameter: &super::parameters::Parameter) -> Unit {
+    match parameter.kind.is_angle() {
+        true => Unit::Radian,
+        false => Unit::Second,
+    }
+}
+
+/// Errors against the truth: pitch, roll, yaw of each head, latency. The reference path has the first head only.
 fn against(outcome: &SeabedOutcome, scene: &Scene, truth: &SeabedTruth) -> AgainstTruth {
-    let true_rotation = nalgebra::Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
-    let errors = |values: &Values| {
-        let turn = rotation::log(&(values.mounting.rotation * true_rotation.transpose()));
-        [turn.x, turn.y, turn.z, values.latency_s - truth.latency_s]
+    let parameters = scene.parameters();
+    let rotations = truth.rotations();
+    let turn = |head: usize, from: &Mounting, to: &Matrix3<f64>| {
+        let turn = rotation::log(&(to * from.rotation.transpose()));
+        own(head).0.into_iter().zip(<[f64; 3]>::from(turn))
     };
-    let due = rotation::log(&(true_rotation * scene.nominal.rotation.transpose()));
-    let due = [due.x, due.y, due.z, truth.latency_s];
+    let nominal = || scene.heads.iter().map(|head| &head.nominal);
+    let errors = |values: &Values| {
+        let mut all = vec![0.0; parameters.len()];
+        let heads = values.mountings.iter().zip(&rotations).enumerate();
+        for (head, (found, due)) in heads {
+            let due = Mounting {
+                rotation: *due,
+                ..*found
+            };
+            all_of(&mut all, turn(head, &due, &found.rotation));
+        }
+        all[LATENCY] = values.latency_s - truth.latency_s;
+        all
+    };
+    let mut due = vec![0.0; parameters.len()];
+    for (head, (nominal, rotation)) in nominal().zip(&rotations).enumerate() {
+        all_of(&mut due, turn(head, nominal, rotation));
+    }
+    due[LATENCY] = truth.latency_s;
     let joint = match &outcome.joint {
         Some(Ok((joint, _))) => Some((errors(&joint.values), joint)),
         _ => None,
@@ -542,19 +623,29 @@ fn against(outcome: &SeabedOutcome, scene: &Scene, truth: &SeabedTruth) -> Again
         _ => None,
     };
     let row = |k: usize| {
-        let unit = if k < 3 { Unit::Radian } else { Unit::Second };
+        let unit = unit_of(&parameters[k]);
         let shown = |x: f64| readable(x, unit).0;
+        let found = |(e, found): &(Vec<f64>, [bool; 5])| {
+            let has = found.get(k).is_some_and(|found| *found) && k <= LATENCY;
+            has.then(|| shown(e[k]))
+        };
         TruthRow {
-            name: PARAMETERS[k].0.to_owned(),
+            name: parameters[k].name(),
             unit: readable(0.0, unit).1.to_owned(),
             correction: Some(shown(due[k])),
-            reference: reference.and_then(|(e, found)| found[k].then(|| shown(e[k]))),
-            joint: joint.map(|(e, _)| shown(e[k])),
-            joint_in_sigmas: joint.map(|(e, j)| e[k] / j.sigma(k)),
+            reference: reference.as_ref().and_then(found),
+            joint: joint.as_ref().map(|(e, _)| shown(e[k])),
+            joint_in_sigmas: joint.as_ref().map(|(e, j)| e[k] / j.sigma(k)),
             joint_simple: None,
         }
     };
     AgainstTruth {
-        rows: (0..4).map(row).collect(),
+        rows: reported_places(&parameters).map(row).collect(),
+    }
+}
+
+fn all_of(all: &mut [f64], of: impl Iterator<Item = (usize, f64)>) {
+    for (place, value) in of {
+        all[place] = value;
     }
 }

@@ -64,19 +64,19 @@ pub struct Cut {
     pub side_m: f64,
     /// Most soundings in a tile.
     pub most: usize,
-    /// Fewest soundings of a line in a tile.
+    /// Fewest soundings of a strip in a tile.
     pub fewest: usize,
-    /// Fewest lines in a tile.
-    pub lines: usize,
+    /// Fewest strips in a tile: one head's seabed on one line.
+    pub strips: usize,
     /// Most tiles.
     pub tiles: usize,
-    /// Soundings further than this from their line's plane in the tile are never dropped by it, metres.
+    /// Soundings further than this from their strip's plane in the tile are never dropped by it, metres.
     pub least_m: f64,
     /// Seed of the draws.
     pub seed: u64,
 }
 
-/// The soundings of one tile that take part, in the order of their lines.
+/// The soundings of one tile that take part, in the order of their strips.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
     /// Where it lies.
@@ -85,8 +85,8 @@ pub struct Tile {
     pub centre_m: Vector3<f64>,
     /// Numbers of the soundings.
     pub members: Vec<u32>,
-    /// How many lines they are of.
-    pub lines: usize,
+    /// How many strips they are of.
+    pub strips: usize,
 }
 
 /// A sounding that may take part.
@@ -94,8 +94,8 @@ pub struct Tile {
 pub struct Candidate {
     /// Its number.
     pub sounding: u32,
-    /// Its line.
-    pub line: u16,
+    /// Its strip: which head's on which line.
+    pub strip: u32,
     /// Where it struck, metres.
     pub point_m: Vector3<f64>,
 }
@@ -104,11 +104,11 @@ impl Cut {
     /// Cuts the candidates into tiles and draws from each.
     #[must_use]
     pub fn tiles(&self, candidates: &[Candidate]) -> Vec<Tile> {
-        let mut sorted: Vec<(Cell, u16, &Candidate)> = candidates
+        let mut sorted: Vec<(Cell, u32, &Candidate)> = candidates
             .iter()
-            .map(|c| (Cell::of(&c.point_m, self.side_m), c.line, c))
+            .map(|c| (Cell::of(&c.point_m, self.side_m), c.strip, c))
             .collect();
-        sorted.par_sort_by_key(|(cell, line, c)| (*cell, *line, c.sounding));
+        sorted.par_sort_by_key(|(cell, strip, c)| (*cell, *strip, c.sounding));
         let groups: Vec<_> = sorted.chunk_by(|a, b| a.0 == b.0).collect();
         let mut groups: Vec<_> = groups.into_iter().filter(|g| self.is_wide(g)).collect();
         if groups.len() > self.tiles {
@@ -125,57 +125,62 @@ impl Cut {
         tiles
     }
 
-    /// Whether enough lines have enough soundings in a tile.
-    fn is_wide(&self, group: &[(Cell, u16, &Candidate)]) -> bool {
-        let full = |line: &&[(Cell, u16, &Candidate)]| line.len() >= self.fewest;
-        group.chunk_by(|a, b| a.1 == b.1).filter(full).count() >= self.lines
+    /// Whether enough strips have enough soundings in a tile.
+    fn is_wide(&self, group: &[(Cell, u32, &Candidate)]) -> bool {
+        let full = |strip: &&[(Cell, u32, &Candidate)]| strip.len() >= self.fewest;
+        group.chunk_by(|a, b| a.1 == b.1).filter(full).count() >= self.strips
     }
 
-    fn draw(&self, group: &[(Cell, u16, &Candidate)]) -> Option<Tile> {
+    fn draw(&self, group: &[(Cell, u32, &Candidate)]) -> Option<Tile> {
         let cell = group[0].0;
         let centre_m = cell.centre_m(self.side_m);
-        let lines: Vec<Vec<u32>> = group
+        let strips: Vec<Vec<u32>> = group
             .chunk_by(|a, b| a.1 == b.1)
-            .map(|line| self.near_plane(line, &centre_m))
-            .filter(|line| line.len() >= self.fewest)
+            .map(|strip| self.near_plane(strip, &centre_m))
+            .filter(|strip| strip.len() >= self.fewest)
             .collect();
-        if lines.len() < self.lines {
+        if strips.len() < self.strips {
             return None;
         }
-        let share = self.most / lines.len();
+        let share = self.most / strips.len();
         let (seed, place) = cell.stream(self.seed);
         let mut draws = stream(seed ^ 0x7469_6c65, place);
         let mut members = vec![];
-        for mut line in lines.iter().cloned() {
-            line.shuffle(&mut draws);
-            line.truncate(share.max(self.fewest));
-            line.sort_unstable();
-            members.extend(line);
+        for mut strip in strips.iter().cloned() {
+            strip.shuffle(&mut draws);
+            strip.truncate(share.max(self.fewest));
+            strip.sort_unstable();
+            members.extend(strip);
         }
         Some(Tile {
             cell,
             centre_m,
             members,
-            lines: lines.len(),
+            strips: strips.len(),
         })
     }
 
-    /// The soundings of a line in a tile that lie near the line's plane there.
-    fn near_plane(&self, line: &[(Cell, u16, &Candidate)], centre_m: &Vector3<f64>) -> Vec<u32> {
-        if line.len() < self.fewest {
+    /// The soundings of a strip in a tile that lie near the strip's plane there.
+    fn near_plane(&self, strip: &[(Cell, u32, &Candidate)], centre_m: &Vector3<f64>) -> Vec<u32> {
+        if strip.len() < self.fewest {
             return vec![];
         }
-        let stride = line.len().div_ceil(100);
+        let stride = strip.len().div_ceil(100);
         let relative = |c: &Candidate| c.point_m - centre_m;
-        let sample: Vec<_> = line.iter().step_by(stride).map(|e| relative(e.2)).collect();
-        let (seed, place) = line[0].0.stream(self.seed ^ u64::from(line[0].1));
+        let sample: Vec<_> = strip
+            .iter()
+            .step_by(stride)
+            .map(|e| relative(e.2))
+            .collect();
+        let (seed, place) = strip[0].0.stream(self.seed ^ u64::from(strip[0].1));
         let plane = ransac_plane(&sample, self.least_m, 60, (seed, place));
         let mut offs: Vec<f64> = sample.iter().map(|p| over_plane(&plane, p)).collect();
         let centre = crate::stats::median(&mut offs).unwrap_or(0.0);
         let limit_m = self
             .least_m
             .max(6.0 * mad_sigma(&mut offs).unwrap_or(f64::INFINITY));
-        line.iter()
+        strip
+            .iter()
             .filter(|e| (over_plane(&plane, &relative(e.2)) - centre).abs() <= limit_m)
             .map(|e| e.2.sounding)
             .collect()
@@ -189,7 +194,7 @@ mod tests {
     fn candidates() -> Vec<Candidate> {
         let one = |k: u32| Candidate {
             sounding: k,
-            line: (k % 2) as u16,
+            strip: k % 2,
             point_m: Vector3::new(f64::from(k % 93) * 0.3, f64::from(k / 93) * 0.7, -14.0),
         };
         (0..2790).map(one).collect()
@@ -200,7 +205,7 @@ mod tests {
             side_m: 7.0,
             most: 64,
             fewest: 6,
-            lines: 2,
+            strips: 2,
             tiles: 5,
             least_m: 0.12,
             seed: 3,
@@ -208,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn tiles_share_their_places_evenly_among_lines() {
+    fn tiles_share_their_places_evenly_among_strips() {
         let tiles = cut().tiles(&candidates());
         assert_eq!(tiles.len(), 5);
         for tile in &tiles {
@@ -225,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sounding_off_its_line_never_takes_part() {
+    fn a_sounding_off_its_strip_never_takes_part() {
         let mut all = candidates();
         for c in all.iter_mut().filter(|c| c.sounding % 31 == 0) {
             c.point_m.z += 0.5;

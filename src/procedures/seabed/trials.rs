@@ -1,8 +1,10 @@
 //! A seabed scenario's trials.
 
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::DMatrix;
 
 use super::foresight::propagated;
+use super::joint::{Joint, reported};
+use super::model::Values;
 use super::run::{SeabedInput, calibrate};
 use super::simulate::{Acts, SeabedTruth, simulate};
 use super::survey::load::scene_of;
@@ -160,11 +162,22 @@ fn acting(scenario: &SeabedScenario) -> Vec<Source> {
     all.flatten().collect()
 }
 
-/// Errors of pitch, roll, yaw (radians) and latency (seconds).
-fn errors(values: &super::model::Values, truth: &SeabedTruth) -> Vec<f64> {
-    let true_rotation = Matrix3::from_fn(|i, j| truth.rotation_matrix[i][j]);
-    let turn = rotation::log(&(values.mounting.rotation * true_rotation.transpose()));
-    vec![turn.x, turn.y, turn.z, values.latency_s - truth.latency_s]
+/// Errors of what may be reported: pitch, roll, yaw (radians) of the first head, latency (seconds), the angles of further heads.
+fn errors(values: &Values, truth: &SeabedTruth) -> Vec<f64> {
+    let rotations = truth.rotations();
+    let heads = values.mountings.iter().zip(&rotations);
+    let turns = heads.map(|(found, due)| rotation::log(&(found.rotation * due.transpose())));
+    let late_s = values.latency_s - truth.latency_s;
+    let mut all: Vec<f64> = turns.flat_map(<[f64; 3]>::from).collect();
+    all.insert(3, late_s);
+    all
+}
+
+/// Covariance of what may be reported.
+fn covariance(joint: &Joint) -> DMatrix<f64> {
+    let places: Vec<usize> = joint.reported().collect();
+    let size = places.len();
+    DMatrix::from_fn(size, size, |i, j| joint.covariance[places[i]][places[j]])
 }
 
 impl SeabedTrials {
@@ -199,13 +212,15 @@ impl Tried for SeabedTrials {
     }
 
     fn parameters(&self) -> Vec<SoughtParameter> {
-        let one = |(name, unit): (&str, Unit)| SoughtParameter {
-            name: name.to_owned(),
-            unit,
+        let all = self.scenario.parameters();
+        let one = |k: usize| SoughtParameter {
+            name: all[k].name(),
+            unit: match all[k].kind.is_angle() {
+                true => Unit::Radian,
+                false => Unit::Second,
+            },
         };
-        let angles = ["pitch", "roll", "yaw"].map(|name| (name, Unit::Radian));
-        let all = angles.into_iter().chain([("latency", Unit::Second)]);
-        all.map(one).collect()
+        reported(&all).map(one).collect()
     }
 
     fn paths(&self) -> Vec<TriedPath> {
@@ -247,16 +262,20 @@ impl Tried for SeabedTrials {
             &[write::profile(&self.scenario, &survey)],
             &records,
         );
+        let several = scene.heads.len() > 1;
         let found = calibrate(&SeabedInput {
             scene: &scene,
-            method: Method::Both,
+            method: match several {
+                true => Method::Joint,
+                false => Method::Both,
+            },
             joint: &file.joint(seed),
             reference: &file.reference,
         });
         let joint = match found.joint {
             Some(Ok((joint, judged))) if judged.usable() => Ok(Said {
                 error: errors(&joint.values, &survey.truth),
-                covariance: Some(DMatrix::from_fn(4, 4, |i, j| joint.covariance[i][j])),
+                covariance: Some(covariance(&joint)),
                 variance_factor: Some(joint.omega_over_freedom),
             }),
             Some(Ok((_, judged))) => Err(Reason::of_words(&judged.words())),
@@ -271,6 +290,7 @@ impl Tried for SeabedTrials {
             }),
             Some(Ok(_)) => Err(Reason::of_words(&"no pair of lines for every parameter")),
             Some(Err(error)) => Err(Reason::of_words(&error)),
+            None if several => Err(Reason::of_words(&"knows one head of several")),
             None => Err(Reason::of_words(&"not run")),
         };
         Trial {

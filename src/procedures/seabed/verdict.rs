@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::config::{JointSettings, SeabedConfig};
 use super::joint::{Joint, SCATTER};
 use super::layout::Layout;
-use super::model::{COUNT, PARAMETERS};
+use super::parameters::{self, Kind, Parameter};
 use super::reml::Bounds;
 use crate::calibrate::verdict::bounds::{Correction, share, size};
 use crate::calibrate::verdict::{Doubted, VerdictConfig, accepted};
@@ -22,7 +22,7 @@ pub struct Reason {
     /// What to do about it.
     pub advice: String,
     /// The parameters it takes away.
-    pub parameters: Vec<&'static str>,
+    pub parameters: Vec<String>,
 }
 
 impl Reason {
@@ -40,7 +40,9 @@ impl Reason {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
     /// Parameter by parameter.
-    pub determined: [bool; COUNT],
+    pub determined: Vec<bool>,
+    /// Places of the angles of all heads.
+    angles: Vec<usize>,
     /// What speaks against it.
     pub reasons: Vec<Reason>,
     /// What to look at although nothing is taken away.
@@ -50,10 +52,10 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    /// Whether all three angles are determined.
+    /// Whether all three angles of every head are determined.
     #[must_use]
     pub fn usable(&self) -> bool {
-        self.determined[..3].iter().all(|d| *d) && self.doubted.withdrawn().is_none()
+        self.angles.iter().all(|k| self.determined[*k]) && self.doubted.withdrawn().is_none()
     }
 
     /// Whether the model does not fit, rather than that the data do not determine something.
@@ -79,15 +81,15 @@ impl Judgement {
     }
 }
 
-/// A range scale, heave scale, heave lag, lever arm or profile error is one of the things that are held: estimated, never reported as determined.
-pub const REPORTED: usize = 4;
-
 /// Judges a joint solution.
 #[must_use]
 pub fn judge(joint: &Joint, layout: &Layout, settings: &JointSettings) -> Judgement {
     let config = &settings.seabed;
     let mut judgement = Judgement {
-        determined: std::array::from_fn(|k| joint.sought[k] && k < REPORTED),
+        determined: (joint.sought.iter().zip(&joint.parameters))
+            .map(|(sought, p)| *sought && p.kind.is_reported())
+            .collect(),
+        angles: angles(joint),
         reasons: vec![],
         notes: vec![],
         doubted: Doubted {
@@ -101,25 +103,26 @@ pub fn judge(joint: &Joint, layout: &Layout, settings: &JointSettings) -> Judgem
         .chain(by_size(joint, limits))
         .chain(by_share(joint, limits))
         .chain(by_priors(joint, limits))
-        .chain(by_layout(layout))
+        .chain(by_layout(joint, layout))
         .chain(by_relief(joint, config))
         .chain(by_sigma(joint, config))
     {
-        judgement.take(reason);
+        judgement.take(joint, reason);
     }
     let few = share_of(joint, limits).filter(|f| f.severity == Severity::Finding);
     judgement.notes.extend(few);
-    for k in (0..REPORTED).filter(|k| joint.inflation[*k] > 1.0) {
-        judgement.notes.push(scatter(k, joint.inflation[k]));
+    for k in joint.reported().filter(|k| joint.inflation[*k] > 1.0) {
+        judgement
+            .notes
+            .push(scatter(&joint.parameters[k].name(), joint.inflation[k]));
     }
     judgement
 }
 
 /// The tiles' scores scatter further than the model says.
-fn scatter(parameter: usize, ratio: f64) -> Finding {
+fn scatter(parameter: &str, ratio: f64) -> Finding {
     let words = format!(
-        "the tiles scatter {ratio:.1} times as far in {} as the model says; its sigma is that of the scatter",
-        PARAMETERS[parameter].0
+        "the tiles scatter {ratio:.1} times as far in {parameter} as the model says; its sigma is that of the scatter"
     );
     Finding::new(
         "scatter",
@@ -131,9 +134,9 @@ fn scatter(parameter: usize, ratio: f64) -> Finding {
 }
 
 impl Judgement {
-    fn take(&mut self, reason: Reason) {
-        for (k, (name, _)) in PARAMETERS.iter().enumerate() {
-            if reason.parameters.contains(name) {
+    fn take(&mut self, joint: &Joint, reason: Reason) {
+        for (k, parameter) in joint.parameters.iter().enumerate() {
+            if reason.parameters.contains(&parameter.name()) {
                 self.determined[k] = false;
             }
         }
@@ -141,8 +144,16 @@ impl Judgement {
     }
 }
 
-fn all() -> Vec<&'static str> {
-    PARAMETERS.iter().map(|(name, _)| *name).collect()
+/// Places of the angles of all heads.
+fn angles(joint: &Joint) -> Vec<usize> {
+    let places = joint.parameters.iter().enumerate();
+    places
+        .filter_map(|(k, p)| p.kind.is_angle().then_some(k))
+        .collect()
+}
+
+fn all(joint: &Joint) -> Vec<String> {
+    joint.parameters.iter().map(Parameter::name).collect()
 }
 
 /// What takes everything away: no convergence, no fit, an absurd field.
@@ -156,7 +167,7 @@ fn whole(joint: &Joint, config: &VerdictConfig) -> Vec<Reason> {
             code,
             words,
             advice: advice.to_owned(),
-            parameters: all(),
+            parameters: all(joint),
         });
     };
     if !joint.converged {
@@ -198,30 +209,40 @@ fn accepts(config: &VerdictConfig, code: &str) -> bool {
 fn of_verdict(
     finding: Option<Finding>,
     code: &'static str,
-    config: &VerdictConfig,
+    (joint, config): (&Joint, &VerdictConfig),
 ) -> Option<Reason> {
     let counts = |f: &Finding| f.severity > Severity::Finding && !accepts(config, &f.code);
     finding.filter(counts).map(|finding| Reason {
         code,
         words: finding.seen,
         advice: finding.advice,
-        parameters: all(),
+        parameters: all(joint),
     })
 }
 
-/// A correction that is too large to be one.
-fn by_size(joint: &Joint, config: &VerdictConfig) -> Option<Reason> {
-    let correction = Correction {
-        name: "the sounder".to_owned(),
-        turn_rad: joint.turn_rad(),
-        arm_m: math::hypot(joint.off[7], joint.off[8]),
+/// A correction of a head that is too large to be one.
+fn by_size(joint: &Joint, config: &VerdictConfig) -> Vec<Reason> {
+    let heads = joint.values.mountings.len();
+    let of_head = |head: usize| {
+        let (angles, arm) = parameters::own(head);
+        let name = match heads {
+            1 => "the sounder".to_owned(),
+            _ => joint.parameters[angles[0]].head_in_words(),
+        };
+        let arm_m = arm.map(|k| k.map_or(0.0, |k| joint.off[k]));
+        let correction = Correction {
+            name,
+            turn_rad: joint.turn_rad(head),
+            arm_m: math::hypot(math::hypot(arm_m[0], arm_m[1]), arm_m[2]),
+        };
+        of_verdict(size(&correction, config), "size", (joint, config))
     };
-    of_verdict(size(&correction, config), "size", config)
+    (0..heads).filter_map(of_head).collect()
 }
 
 /// Soundings of which too few lie on the common surface.
 fn by_share(joint: &Joint, config: &VerdictConfig) -> Option<Reason> {
-    of_verdict(share_of(joint, config), "share", config)
+    of_verdict(share_of(joint, config), "share", (joint, config))
 }
 
 fn share_of(joint: &Joint, config: &VerdictConfig) -> Option<Finding> {
@@ -241,55 +262,64 @@ fn by_priors(joint: &Joint, config: &VerdictConfig) -> Vec<Reason> {
             code: "prior",
             words: format!(
                 "the {} comes out at {off:.4} although it is known to {prior}: {sigmas:.0} sigmas",
-                PARAMETERS[k].0.replace('_', " ")
+                joint.parameters[k].name().replace('_', " ")
             ),
             advice: "something of its kind is wrong: check it, or state that it is known less well"
                 .to_owned(),
-            parameters: all(),
+            parameters: all(joint),
         })
     };
-    (REPORTED..COUNT).filter_map(one).collect()
+    let held = |k: &usize| !joint.parameters[*k].kind.is_reported();
+    (0..joint.off.len()).filter(held).filter_map(one).collect()
 }
 
-fn by_layout(layout: &Layout) -> Vec<Reason> {
+fn by_layout(joint: &Joint, layout: &Layout) -> Vec<Reason> {
     if layout.pairs.is_empty() {
         return vec![Reason {
             code: "no_overlap",
             words: "no two lines share enough seabed".to_owned(),
             advice: "sail a line back on the same track and one beside it".to_owned(),
-            parameters: all(),
+            parameters: all(joint),
         }];
     }
-    let names = ["pitch", "roll", "yaw"];
+    let kinds = [Kind::Pitch, Kind::Roll, Kind::Yaw];
     let missing = layout.missing();
     let one = |k: usize| {
         missing[k].map(|words| Reason {
             code: "layout",
             words: words.to_owned(),
             advice: "sail that line".to_owned(),
-            parameters: vec![names[k]],
+            parameters: of_kind(joint, kinds[k]),
         })
     };
     (0..3).filter_map(one).collect()
 }
 
+/// Names of a kind's parameters, of every head.
+fn of_kind(joint: &Joint, kind: Kind) -> Vec<String> {
+    let all = joint.parameters.iter().filter(|p| p.kind == kind);
+    all.map(Parameter::name).collect()
+}
+
 /// Pitch and yaw that come from the boat's motion alone are as true as the heave channel, which nothing here can check.
 fn by_relief(joint: &Joint, config: &SeabedConfig) -> Vec<Reason> {
     let limit_deg = config.max_relief_sigma_deg;
-    let relief = joint.relief_sigma.unwrap_or([f64::INFINITY; COUNT]);
+    let relief = |k: usize| joint.relief_sigma.as_ref().map_or(f64::INFINITY, |s| s[k]);
     let one = |k: usize| {
-        let sigma_deg = relief[k].to_degrees();
+        let sigma_deg = relief(k).to_degrees();
         (!(sigma_deg <= limit_deg)).then(|| Reason {
             code: "relief",
             words: format!(
                 "{} comes from the boat's motion only: from the relief its sigma would be {sigma_deg:.2} deg (limit {limit_deg} deg)",
-                PARAMETERS[k].0
+                joint.parameters[k].name()
             ),
             advice: "survey over a slope, a channel or rough ground".to_owned(),
-            parameters: vec![PARAMETERS[k].0],
+            parameters: vec![joint.parameters[k].name()],
         })
     };
-    [0, 2].into_iter().filter_map(one).collect()
+    let is_of_relief = |k: &usize| matches!(joint.parameters[*k].kind, Kind::Pitch | Kind::Yaw);
+    let places = angles(joint).into_iter().filter(is_of_relief);
+    places.filter_map(one).collect()
 }
 
 fn by_sigma(joint: &Joint, config: &SeabedConfig) -> Vec<Reason> {
@@ -300,11 +330,11 @@ fn by_sigma(joint: &Joint, config: &SeabedConfig) -> Vec<Reason> {
             code: "undetermined",
             words: format!(
                 "the sigma of {} is {sigma_deg:.2} deg (limit {limit_deg} deg)",
-                PARAMETERS[k].0
+                joint.parameters[k].name()
             ),
             advice: "more lines, more relief, more motion".to_owned(),
-            parameters: vec![PARAMETERS[k].0],
+            parameters: vec![joint.parameters[k].name()],
         })
     };
-    (0..3).filter_map(one).collect()
+    angles(joint).into_iter().filter_map(one).collect()
 }

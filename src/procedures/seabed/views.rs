@@ -175,7 +175,7 @@ fn chosen(outcome: &SeabedOutcome) -> Vec<usize> {
 fn cell_m(scene: &Scene, layout: &Layout, soundings: usize) -> f64 {
     let depth_m = scene.typical_depth_m();
     let length_m: f64 = layout.tracks.iter().map(|t| t.length_m).sum();
-    let widest = scene.soundings.iter().map(|s| s.across_rad.abs());
+    let widest = scene.soundings.iter().map(|s| scene.abeam_rad(s).abs());
     let wide_m = 2.0 * depth_m * math::tan(widest.fold(0.0, f64::max).min(1.2));
     cell_side_m(length_m * wide_m, soundings).max(least_cell_m(depth_m))
 }
@@ -296,9 +296,10 @@ impl Sheet {
             let Some(over_m) = self.over_others_m(line, point) else {
                 continue;
             };
-            let across_m = sounding.one_way_s * speed_m_s * math::sin(sounding.across_rad);
+            let abeam_rad = scene.abeam_rad(sounding);
+            let across_m = sounding.one_way_s * speed_m_s * math::sin(abeam_rad);
             for (bins, place) in [
-                (&mut bins.angles, sounding.across_rad.to_degrees() / BIN_DEG),
+                (&mut bins.angles, abeam_rad.to_degrees() / BIN_DEG),
                 (&mut bins.distances, across_m / wide_m),
             ] {
                 let bin = (place.round() as i32).clamp(-BINS, BINS);

@@ -89,6 +89,7 @@ fn campaign(file: &SurveyFile, arrays: Arrays) -> Result<(Campaign, Counts), Sur
         along_rad: soundings.along_rad,
         range: soundings.range,
         arrays: None,
+        head: vec![],
         notes: vec![],
     };
     let of_laser = Path::new("laser");

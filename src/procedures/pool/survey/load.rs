@@ -205,6 +205,10 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
 /// Soundings of one head: the pool's model has one mounting for sending and hearing.
 fn checked_soundings(file: &SurveyFile, path: &Path) -> Result<SoundingRecords, SurveyError> {
     let records = read_soundings(path, file.multibeam.invalid)?;
+    if records.heads().len() > 1 {
+        let expected = "soundings of one head; several are for procedure = \"seabed\"";
+        return Err(Problem::new(path, "column head", "several heads", expected).into());
+    }
     if records.arrays.is_none() {
         return Ok(records);
     }

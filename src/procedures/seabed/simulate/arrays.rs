@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::super::scene::{Arrays, Line};
 use super::super::survey::{SeabedScenario, TwoArrays};
 use super::bed::Seabed;
-use super::{Boat, Shot, area, normal, spoil, strike};
+use super::{Boat, OfHead, Shot, normal, spoil, strike};
 use crate::math;
 use crate::stats::stream;
 
@@ -18,17 +18,17 @@ struct Sent<'a> {
     across_rad: f64,
 }
 
-/// All soundings.
+/// All soundings of a head.
 pub(super) fn shots(
     scenario: &SeabedScenario,
     boat: &Boat<'_>,
     lines: &[Line],
-    (two, arrays): (&TwoArrays, &Arrays),
+    (two, arrays, of_head): (&TwoArrays, &Arrays, &OfHead),
     seed: u64,
 ) -> Vec<Shot> {
-    let bed = Seabed::new(&scenario.bed, area(scenario), seed);
+    let bed = Seabed::of(scenario, seed);
     let m = &scenario.multibeam;
-    let mut draws = stream(seed, 4);
+    let mut draws = stream(seed, of_head.draws);
     let (mut all, mut ping) = (vec![], 0);
     for (number, line) in lines.iter().enumerate() {
         let count = ((line.end_s - line.start_s) * m.ping_rate_hz) as u32;
@@ -56,9 +56,10 @@ pub(super) fn shots(
                 let measured_m = length_m / (1.0 + scenario.errors.range_scale)
                     + 2.0 * normal(&mut draws, m.range_sigma_m);
                 all.push(Shot {
-                    time_s: time_s + scenario.errors.latency_s,
+                    time_s: time_s + of_head.latency_s,
                     ping,
                     beam,
+                    head: of_head.head,
                     across_rad: angle_rad + normal(&mut draws, sigma),
                     tilt_rad,
                     delay_s,
@@ -141,7 +142,7 @@ arrays = { receiver_mounting_deg = { roll = 1.5, pitch = -0.4, heading = 0.6 }, 
             &write::soundings(&scenario, &survey.shots),
         );
         let states = States::new(&scene.lines, &scene.ins, &scene.drift);
-        let bed = Seabed::new(&scenario.bed, area(&scenario), 3);
+        let bed = Seabed::of(&scenario, 3);
         let off_m = |values: &Values| {
             let locator = Locator::new(&scene, &states, values).expect("a profile");
             let numbers = (0..scene.soundings.len()).step_by(37);
@@ -152,7 +153,7 @@ arrays = { receiver_mounting_deg = { roll = 1.5, pitch = -0.4, heading = 0.6 }, 
         let nominal = Values::nominal(&scene, &states);
         let truth = &survey.truth.rotation_matrix;
         let mut right = nominal.clone();
-        right.mounting.rotation = Matrix3::from_fn(|i, j| truth[i][j]);
+        right.mountings[0].rotation = Matrix3::from_fn(|i, j| truth[i][j]);
         right.latency_s = survey.truth.latency_s;
         let (true_m, nominal_m) = (off_m(&right), off_m(&nominal));
         assert!(true_m < 0.004 && nominal_m > 0.1, "{true_m} {nominal_m}");

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::scene::{Arrays, Line};
 use super::survey::SeabedScenario;
+use super::survey::scenario::FurtherHead;
 use crate::geometry::rotation;
 use crate::math;
 use crate::simulate::sources::GaussMarkov;
@@ -39,6 +40,8 @@ pub struct Shot {
     pub ping: u32,
     /// Beam.
     pub beam: u32,
+    /// Index of the head.
+    pub head: u8,
     /// Across angle as measured, radians; with two arrays the angle against the receive array.
     pub across_rad: f64,
     /// Tilt of the transmitted cone, radians.
@@ -64,6 +67,29 @@ pub struct SeabedTruth {
     pub latency_s: f64,
     /// True range over measured range, minus 1.
     pub range_scale: f64,
+    /// Further heads.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further_heads: Vec<TrueHead>,
+}
+
+/// A further head as it really is mounted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrueHead {
+    /// True mounting, sonar into body.
+    pub rotation_matrix: [[f64; 3]; 3],
+    /// True lever arm, metres.
+    pub lever_arm_m: [f64; 3],
+}
+
+impl SeabedTruth {
+    /// True mounting of each head, sonar into body.
+    #[must_use]
+    pub fn rotations(&self) -> Vec<Matrix3<f64>> {
+        let further = self.further_heads.iter().map(|head| &head.rotation_matrix);
+        let all = std::iter::once(&self.rotation_matrix).chain(further);
+        all.map(|rows| Matrix3::from_fn(|i, j| rows[i][j]))
+            .collect()
+    }
 }
 
 /// A simulated survey.
@@ -74,8 +100,8 @@ pub struct Simulated {
     pub shots: Vec<Shot>,
     /// Lines.
     pub lines: Vec<Line>,
-    /// What the survey says of its lever arm, metres.
-    pub lever_arm_m: [f64; 3],
+    /// What the survey says of each head's lever arm, metres.
+    pub lever_arms_m: Vec<[f64; 3]>,
     /// Relative error of the survey's profile at the reference depth.
     pub profile_error: f64,
     /// Truth.
@@ -155,7 +181,10 @@ impl Acts {
         real.errors.heave_lag_s *= self.heave;
         real.errors.line_height_m *= self.heights;
         real.errors.profile *= self.water;
-        real.multibeam.lever_arm_sigma_m = real.multibeam.lever_arm_sigma_m.map(|s| s * self.arm);
+        let further = real.head.iter_mut().map(|head| &mut head.lever_arm_sigma_m);
+        for sigma in std::iter::once(&mut real.multibeam.lever_arm_sigma_m).chain(further) {
+            *sigma = sigma.map(|s| s * self.arm);
+        }
         real
     }
 }
@@ -166,40 +195,111 @@ pub fn simulate(scenario: &SeabedScenario, seed: u64, acts: Acts) -> Simulated {
     let scenario = &acts.applied(scenario);
     let boat = Boat::new(scenario, seed);
     let lines = boat.lines();
-    let turn = scenario.multibeam.correction_deg;
-    let arrays = scenario.arrays(scenario.multibeam.lever_arm_m);
-    let nominal = match scenario.two_arrays() {
-        Some(_) => arrays.together(),
-        None => arrays.transmitter,
-    };
-    let correction = Vector3::new(turn.pitch, turn.roll, turn.yaw).map(f64::to_radians);
-    let turn = rotation::exp(&correction);
-    let mounting = turn * nominal.rotation;
+    let heads = scenario.heads();
+    let turns: Vec<Matrix3<f64>> = heads.iter().map(true_turn).collect();
+    let mountings: Vec<Matrix3<f64>> = heads
+        .iter()
+        .zip(&turns)
+        .map(|(head, turn)| turn * nominal(scenario, head))
+        .collect();
     let mut of_arm = stream(seed, 7);
-    let m = &scenario.multibeam;
-    let said = |k: usize| m.lever_arm_m[k] + normal(&mut of_arm, m.lever_arm_sigma_m[k]);
+    let mut said = |head: &FurtherHead| {
+        let off = |k: usize, draws: &mut ChaCha8Rng| {
+            head.lever_arm_m[k] + normal(draws, head.lever_arm_sigma_m[k])
+        };
+        std::array::from_fn(|k| off(k, &mut of_arm))
+    };
+    let truth = |k: usize| TrueHead {
+        rotation_matrix: std::array::from_fn(|i| std::array::from_fn(|j| mountings[k][(i, j)])),
+        lever_arm_m: heads[k].lever_arm_m,
+    };
+    let TrueHead {
+        rotation_matrix,
+        lever_arm_m,
+    } = truth(0);
     Simulated {
-        lever_arm_m: std::array::from_fn(said),
+        lever_arms_m: heads.iter().map(&mut said).collect(),
         profile_error: scenario.errors.profile,
         records: records(scenario, &boat, &lines, seed),
-        shots: match scenario.two_arrays() {
-            Some(two) => {
-                let true_arrays = Arrays {
-                    transmitter: arrays.transmitter.turned(&turn),
-                    receiver: arrays.receiver.turned(&turn),
-                };
-                arrays::shots(scenario, &boat, &lines, (&two, &true_arrays), seed)
-            }
-            None => shots(scenario, &boat, &lines, &mounting, seed),
-        },
+        shots: of_all_heads(scenario, &boat, &lines, &turns, seed),
         truth: SeabedTruth {
-            rotation_matrix: std::array::from_fn(|i| std::array::from_fn(|j| mounting[(i, j)])),
-            lever_arm_m: scenario.multibeam.lever_arm_m,
+            rotation_matrix,
+            lever_arm_m,
             latency_s: scenario.errors.latency_s,
             range_scale: scenario.errors.range_scale,
+            further_heads: (1..heads.len()).map(truth).collect(),
         },
         lines,
     }
+}
+
+/// By how much a head is really turned from its nominal mounting.
+fn true_turn(head: &FurtherHead) -> Matrix3<f64> {
+    let turn = head.correction_deg;
+    rotation::exp(&Vector3::new(turn.pitch, turn.roll, turn.yaw).map(f64::to_radians))
+}
+
+/// Nominal rotation of a head.
+fn nominal(scenario: &SeabedScenario, head: &FurtherHead) -> Matrix3<f64> {
+    let arrays = head.arrays(head.lever_arm_m);
+    match scenario.two_arrays() {
+        Some(_) => arrays.together().rotation,
+        None => arrays.transmitter.rotation,
+    }
+}
+
+/// A head on the boat: its number, its place, and how it stamps.
+#[derive(Clone, Copy, Debug)]
+struct OfHead {
+    head: u8,
+    lever_arm_m: Vector3<f64>,
+    /// Its stamps are late by this, seconds.
+    latency_s: f64,
+    /// Stream of its noise.
+    draws: u64,
+}
+
+impl OfHead {
+    fn new(number: usize, head: &FurtherHead, scenario: &SeabedScenario) -> Self {
+        Self {
+            head: number as u8,
+            lever_arm_m: head.lever_arm_m.into(),
+            latency_s: scenario.errors.latency_s + head.latency_s,
+            draws: 4 + 100 * number as u64,
+        }
+    }
+}
+
+/// The soundings of all heads, which ping together, in order of their stamps.
+fn of_all_heads(
+    scenario: &SeabedScenario,
+    boat: &Boat<'_>,
+    lines: &[Line],
+    turns: &[Matrix3<f64>],
+    seed: u64,
+) -> Vec<Shot> {
+    let mut all = vec![];
+    for (number, (head, turn)) in scenario.heads().iter().zip(turns).enumerate() {
+        let of_head = OfHead::new(number, head, scenario);
+        all.extend(match scenario.two_arrays() {
+            Some(two) => {
+                let arrays = head.arrays(head.lever_arm_m);
+                let arrays = Arrays {
+                    transmitter: arrays.transmitter.turned(turn),
+                    receiver: arrays.receiver.turned(turn),
+                };
+                arrays::shots(scenario, boat, lines, (&two, &arrays, &of_head), seed)
+            }
+            None => {
+                let mounting = turn * nominal(scenario, head);
+                shots(scenario, boat, lines, (&mounting, &of_head), seed)
+            }
+        });
+    }
+    if turns.len() > 1 {
+        all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    }
+    all
 }
 
 /// Waves in one degree of freedom.
@@ -365,17 +465,25 @@ fn area(scenario: &SeabedScenario) -> [Vector2<f64>; 2] {
     [low - reach, high + reach]
 }
 
-/// All soundings.
+impl Seabed {
+    /// The seabed of a scenario under a seed.
+    #[must_use]
+    pub fn of(scenario: &SeabedScenario, seed: u64) -> Self {
+        Self::new(&scenario.bed, area(scenario), seed)
+    }
+}
+
+/// All soundings of a head.
 fn shots(
     scenario: &SeabedScenario,
     boat: &Boat<'_>,
     lines: &[Line],
-    mounting: &Matrix3<f64>,
+    (mounting, of_head): (&Matrix3<f64>, &OfHead),
     seed: u64,
 ) -> Vec<Shot> {
-    let bed = Seabed::new(&scenario.bed, area(scenario), seed);
+    let bed = Seabed::of(scenario, seed);
     let m = &scenario.multibeam;
-    let mut draws = stream(seed, 4);
+    let mut draws = stream(seed, of_head.draws);
     let (mut all, mut ping) = (vec![], 0);
     for (number, line) in lines.iter().enumerate() {
         let count = ((line.end_s - line.start_s) * m.ping_rate_hz) as u32;
@@ -383,7 +491,7 @@ fn shots(
             // pings drift against the INS's records
             let time_s = line.start_s + (f64::from(k) + 0.37) / m.ping_rate_hz * 0.9999;
             let (position, attitude) = boat.pose(number, line, time_s);
-            let transducer = position + attitude * Vector3::from(m.lever_arm_m);
+            let transducer = position + attitude * of_head.lever_arm_m;
             let sensor = attitude * mounting;
             for beam in 0..m.beams {
                 let part = f64::from(beam) / f64::from((m.beams - 1).max(1));
@@ -398,9 +506,10 @@ fn shots(
                 let measured_m = range_m / (1.0 + scenario.errors.range_scale)
                     + normal(&mut draws, m.range_sigma_m);
                 all.push(Shot {
-                    time_s: time_s + scenario.errors.latency_s,
+                    time_s: time_s + of_head.latency_s,
                     ping,
                     beam,
+                    head: of_head.head,
                     across_rad: across + normal(&mut draws, sigma),
                     tilt_rad: 0.0,
                     delay_s: 0.0,

@@ -27,7 +27,7 @@ use crate::units::degrees;
 const EPOCH_S: f64 = 1_717_200_000.0;
 /// Model in the files.
 const MODEL: u16 = 2040;
-/// Its serial number.
+/// Serial number of the first head; the others count on.
 const SERIAL: u16 = 101;
 /// Samples of a datagram of attitude.
 const SAMPLES: usize = 100;
@@ -90,6 +90,7 @@ fn survey_text(
 ) -> Result<String, toml::ser::Error> {
     let mut root = toml::Table::try_from(write::survey_file(scenario, survey))?;
     root.remove("line");
+    root.remove("head");
     let without: [(&str, &[&str]); 4] = [
         ("site", &["origin", "water_level_m"]),
         ("trajectory", &["path", "lever_arm_m", "heights"]),
@@ -98,6 +99,7 @@ fn survey_text(
             "multibeam",
             &[
                 "path",
+                "head",
                 "lever_arm_m",
                 "mounting_deg",
                 "receiver_lever_arm_m",
@@ -120,7 +122,8 @@ fn survey_text(
 /// A simulated survey on its way into files.
 struct Export<'a> {
     survey: &'a Simulated,
-    arrays: Arrays,
+    /// Of each head.
+    arrays: Vec<Arrays>,
     profile: SoundSpeedProfile,
     head_speed_m_s: f64,
     sensor: Mounting,
@@ -148,7 +151,12 @@ impl<'a> Export<'a> {
         };
         Self {
             survey,
-            arrays: scenario.arrays(survey.lever_arm_m),
+            arrays: scenario
+                .heads()
+                .iter()
+                .zip(&survey.lever_arms_m)
+                .map(|(head, arm_m)| head.arrays(*arm_m))
+                .collect(),
             profile,
             head_speed_m_s: scenario.sound_speed_m_s,
             sensor: sensor(&scenario.format),
@@ -219,15 +227,18 @@ impl<'a> Export<'a> {
         let own = |k: &usize| usize::from(self.scene.soundings[*k].line) == number;
         let all: Vec<usize> = (0..self.scene.soundings.len()).filter(own).collect();
         let shot = |k: usize| &self.survey.shots[self.scene.soundings[k].row as usize];
-        let pings = all.chunk_by(|a, b| shot(*a).ping == shot(*b).ping);
-        pings
-            .filter_map(|rows| {
-                let shots: Vec<&Shot> = rows.iter().map(|k| shot(*k)).collect();
-                let place = |k: &usize| locator.locate(*k).map(|found| found.point_m);
-                let points: Vec<_> = rows.iter().map(place).collect();
-                self.ping(&shots, &points)
-            })
-            .collect()
+        let of = |k: usize| (shot(k).head, shot(k).ping);
+        let pings = all.chunk_by(|a, b| of(*a) == of(*b));
+        let written = pings.filter_map(|rows| {
+            let shots: Vec<&Shot> = rows.iter().map(|k| shot(*k)).collect();
+            let place = |k: &usize| locator.locate(*k).map(|found| found.point_m);
+            let points: Vec<_> = rows.iter().map(place).collect();
+            self.ping(&shots, &points)
+        });
+        let mut written: Vec<(Ping, Solution)> = written.collect();
+        // as they were sent, whichever head sent them
+        written.sort_by(|a, b| a.0.time_s.total_cmp(&b.0.time_s));
+        written
     }
 
     fn ping(&self, shots: &[&Shot], points: &[Option<Vector3<f64>>]) -> Option<(Ping, Solution)> {
@@ -252,24 +263,25 @@ impl<'a> Export<'a> {
         let ping = Ping {
             time_s: EPOCH_S + first.time_s,
             number: first.ping,
-            head: 1,
+            head: u32::from(first.head) + 1,
             head_speed_m_s: self.head_speed_m_s,
             sectors: (0..two.sectors).map(sector).collect(),
             beams: shots.iter().enumerate().map(beam).collect(),
         };
-        let solution = self.solution(&ping, first.time_s, points)?;
+        let arrays = &self.arrays[usize::from(first.head)];
+        let solution = self.solution((&ping, arrays), first.time_s, points)?;
         Some((ping, solution))
     }
 
     fn solution(
         &self,
-        ping: &Ping,
+        (ping, arrays): (&Ping, &Arrays),
         time_s: f64,
         points: &[Option<Vector3<f64>>],
     ) -> Option<Solution> {
         let pose = self.scene.trajectory.pose_at(time_s).ok()?;
         let (_, _, heading_rad) = rotation::to_attitude(&pose.rotation);
-        let sender_m = pose.rotation * self.arrays.transmitter.lever_arm_m;
+        let sender_m = pose.rotation * arrays.transmitter.lever_arm_m;
         let (origin, begin_m) = if self.scenario.format == "all" {
             let antenna_m = pose.rotation * self.sensor.lever_arm_m;
             let begin_m = Vector3::new(antenna_m.x, antenna_m.y, sender_m.z);
@@ -299,7 +311,8 @@ impl<'a> Export<'a> {
 
     fn all(&self, number: usize, out: &mut impl Write) -> std::io::Result<()> {
         let mut w = kongsberg_all::write::Writer::new(out, MODEL, SERIAL);
-        w.installation(self.begin_s(number), &self.all_text(), 0)?;
+        let second = self.arrays.get(1).map_or(0, |_| SERIAL + 1);
+        w.installation(self.begin_s(number), &self.all_text(), second)?;
         w.profile(&self.cast(number))?;
         let motion: Vec<_> = self
             .records(number)
@@ -314,6 +327,7 @@ impl<'a> Export<'a> {
             }
         }
         for (ping, solution) in self.pings(number) {
+            w.head(SERIAL + ping.head as u16 - 1);
             w.ping(&ping)?;
             w.solution(&solution, ping.head_speed_m_s)?;
         }
@@ -328,10 +342,23 @@ impl<'a> Export<'a> {
             )
         };
         let [x, y, z, ..] = forward_starboard_down(&self.sensor);
+        let heads = match self.arrays.as_slice() {
+            [first, second] => format!(
+                "STC=4,{}{}{}{}",
+                array("S0", &first.transmitter),
+                array("S1", &second.transmitter),
+                array("S2", &first.receiver),
+                array("S3", &second.receiver),
+            ),
+            all => {
+                let each = all.iter().map(|arrays| {
+                    array("S1", &arrays.transmitter) + &array("S2", &arrays.receiver)
+                });
+                format!("STC=0,{}", each.collect::<String>())
+            }
+        };
         format!(
-            "WLZ=0.00,STC=0,{}{}P1M=0,P1T=0,P1X={x:.4},P1Y={y:.4},P1Z={z:.4},P1D=0.0,MSX=0.00,MSY=0.00,MSZ=0.00,MSR=0.00,MSP=0.00,MSG=0.00,MSD=0,APS=0,ARO=2,",
-            array("S1", &self.arrays.transmitter),
-            array("S2", &self.arrays.receiver),
+            "WLZ=0.00,{heads}P1M=0,P1T=0,P1X={x:.4},P1Y={y:.4},P1Z={z:.4},P1D=0.0,MSX=0.00,MSY=0.00,MSZ=0.00,MSR=0.00,MSP=0.00,MSG=0.00,MSD=0,APS=0,ARO=2,",
         )
     }
 
@@ -359,10 +386,19 @@ impl<'a> Export<'a> {
             let [x, y, z, r, p, h] = forward_starboard_down(mounting);
             format!("{name}:X={x:.4};Y={y:.4};Z={z:.4};R={r:.4};P={p:.4};H={h:.4};{more},\n")
         };
+        let each = |of: fn(&Arrays) -> &Mounting, name: &str, serial: usize| -> String {
+            let heads = self.arrays.iter().enumerate();
+            heads
+                .map(|(k, arrays)| {
+                    let number = format!("N={}", serial + 2 * k);
+                    group(&format!("TRAI_{name}{}", k + 1), of(arrays), &number)
+                })
+                .collect()
+        };
+        let transmitters = each(|a| &a.transmitter, "TX", 101);
+        let receivers = each(|a| &a.receiver, "RX", 102);
         format!(
-            "OSCV:Empty,EMXV:EM{MODEL},\n{}{}{}EMXI:SSNL=System;SWLZ=0.0000,\n",
-            group("TRAI_TX1", &self.arrays.transmitter, "N=101"),
-            group("TRAI_RX1", &self.arrays.receiver, "N=102"),
+            "OSCV:Empty,EMXV:EM{MODEL},\n{transmitters}{receivers}{}EMXI:SSNL=System;SWLZ=0.0000,\n",
             group("ATTI_1", &self.sensor, "D=0.000;U=ACTIVE"),
         )
     }

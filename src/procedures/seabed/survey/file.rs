@@ -2,7 +2,7 @@
 
 use super::super::config::{JointSettings, SeabedConfig};
 use super::super::reference::ReferenceConfig;
-use super::super::scene::{Arrays, InsNoise, Line, Priors, SonarNoise};
+use super::super::scene::{Arrays, Head, InsNoise, Line, Priors, SonarNoise};
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
@@ -48,6 +48,9 @@ section! {
         /// A cast of the water, instead of `[sound_speed] profile`; as many as were taken.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         cast: Vec<CastSection> = or (vec![]), Kind::Tables(CastSection::KEYS);
+        /// A further head of a sounder that has several; the first one has the keys of `[multibeam]`.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        head: Vec<HeadSection> = or (vec![]), Kind::Tables(HeadSection::KEYS);
         /// One line; as many as were sailed.
         line: Vec<LineSection> = required, Kind::Tables(LineSection::KEYS);
     }
@@ -147,7 +150,8 @@ section! {
         path: Option<String> = or (None), Kind::Text;
         /// Several recorder files instead.
         paths: Vec<String> = or (vec![]), Kind::Texts;
-        /// Serial number of the head to be calibrated, where the files have more than one.
+        /// Number of the first head: its serial number in recorder files, in a CSV what stands in the column `head`. Without `[[head]]` it is
+        /// the only one that is calibrated, where the files have more.
         head: Option<u32> = or (None), Kind::Count(limits(0.0, 4.3e9, "0 to 4294967295"));
         /// Lever arm in the body (right, forward, up), metres.
         lever_arm_m: [f64; 3] = required, Kind::Triple(PLACE);
@@ -174,6 +178,25 @@ section! {
 }
 
 section! {
+    /// `[[head]]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct HeadSection {
+        /// Its serial number in recorder files, in a CSV what stands in the column `head`.
+        number: u32 = required, Kind::Count(limits(0.0, 4.3e9, "0 to 4294967295"));
+        /// Lever arm in the body (right, forward, up), metres.
+        lever_arm_m: [f64; 3] = required, Kind::Triple(PLACE);
+        /// Its standard deviations, metres. The height over the first head is sought, as well as both are known upwards.
+        lever_arm_sigma_m: [f64; 3] = or ([0.005, 0.005, 0.01]), Kind::Triple(SIGMA_M_OR_NONE);
+        /// Nominal mounting angles, degrees.
+        mounting_deg: MountingAngles = required, Kind::Table(MountingAngles::KEYS);
+        /// Lever arm of its receive array, where it is not that of the transmit array.
+        receiver_lever_arm_m: Option<[f64; 3]> = or (None), Kind::Triple(PLACE);
+        /// Nominal mounting angles of its receive array, where they are not those of the transmit array. Both get one correction.
+        receiver_mounting_deg: Option<MountingAngles> = or (None), Kind::Table(MountingAngles::KEYS);
+    }
+}
+
+section! {
     /// `[[line]]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct LineSection {
@@ -189,6 +212,34 @@ section! {
         tide_m: f64 = or (0.0), Kind::Number(limits(-50.0, 50.0, "metres from -50 to 50"));
         /// Tide or datum: how well the heights of this line are known, metres, one sigma; without it `[site] line_height_sigma_m`.
         datum_sigma_m: Option<f64> = or (None), Kind::Number(SIGMA_M);
+    }
+}
+
+/// Where a head sits: transmit and receive array, as far as that differs.
+struct Place {
+    number: u32,
+    arm_m: ([f64; 3], Option<[f64; 3]>),
+    angles: (MountingAngles, Option<MountingAngles>),
+    sigma_m: [f64; 3],
+}
+
+impl Place {
+    fn head(&self, two: bool) -> Head {
+        let (arm_m, angles) = (self.arm_m, self.angles);
+        let receiver_arm_m = arm_m.1.unwrap_or(arm_m.0);
+        let arrays = Arrays {
+            transmitter: angles.0.mounting(arm_m.0),
+            receiver: angles.1.unwrap_or(angles.0).mounting(receiver_arm_m),
+        };
+        Head {
+            number: self.number,
+            nominal: match two {
+                true => arrays.together(),
+                false => arrays.transmitter,
+            },
+            arrays: two.then_some(arrays),
+            lever_arm_sigma_m: self.sigma_m,
+        }
     }
 }
 
@@ -219,18 +270,31 @@ impl SeabedSurveyFile {
         }
     }
 
-    /// The two arrays, or the one that is both.
+    /// The heads, the first one first; of `two` arrays each, or of one that is both.
     #[must_use]
-    pub fn arrays(&self) -> Arrays {
+    pub fn heads(&self, two: bool) -> Vec<Head> {
         let m = &self.multibeam;
-        let receiver_arm_m = m.receiver_lever_arm_m.unwrap_or(m.lever_arm_m);
-        Arrays {
-            transmitter: m.mounting_deg.mounting(m.lever_arm_m),
-            receiver: m
-                .receiver_mounting_deg
-                .unwrap_or(m.mounting_deg)
-                .mounting(receiver_arm_m),
-        }
+        let first = Place {
+            number: m.head.unwrap_or(0),
+            arm_m: (m.lever_arm_m, m.receiver_lever_arm_m),
+            angles: (m.mounting_deg, m.receiver_mounting_deg),
+            sigma_m: m.lever_arm_sigma_m,
+        };
+        let further = self.head.iter().map(|h| Place {
+            number: h.number,
+            arm_m: (h.lever_arm_m, h.receiver_lever_arm_m),
+            angles: (h.mounting_deg, h.receiver_mounting_deg),
+            sigma_m: h.lever_arm_sigma_m,
+        });
+        let all = std::iter::once(first).chain(further);
+        all.map(|place| place.head(two)).collect()
+    }
+
+    /// The numbers of the heads, the first one's first; nothing of a single head without a number.
+    #[must_use]
+    pub fn head_numbers(&self) -> Vec<u32> {
+        let further = self.head.iter().map(|head| head.number);
+        self.multibeam.head.into_iter().chain(further).collect()
     }
 
     /// What the INS claims, in radians.
@@ -265,12 +329,10 @@ impl SeabedSurveyFile {
     /// What is known beforehand.
     #[must_use]
     pub fn priors(&self) -> Priors {
-        let [right, forward, _] = self.multibeam.lever_arm_sigma_m;
         Priors {
             range_scale: self.seabed.range_scale_sigma,
             heave_scale: self.seabed.heave_scale_sigma,
             heave_lag_s: self.seabed.heave_lag_sigma_s,
-            lever_arm_m: [right, forward],
             deep_sound_speed: self.sound_speed.profile_sigma,
         }
     }

@@ -15,16 +15,25 @@ pub(super) struct Given {
     pub(super) origin: bool,
     /// `[site] water_level_m`.
     pub(super) level: bool,
-    /// `[multibeam] lever_arm_m`.
-    pub(super) arm: bool,
-    /// `[multibeam] mounting_deg`.
-    pub(super) mounting: bool,
+    /// Of the first head, under `[multibeam]`.
+    pub(super) first: Placed,
+    /// Of each `[[head]]`.
+    pub(super) further: Vec<Placed>,
     /// `[[line]]`.
     pub(super) lines: bool,
     /// The keys of `[trajectory]`.
     pub(super) trajectory: Vec<String>,
     /// Sigmas that were not given, with what they are taken to be.
     pub(super) assumed: Vec<String>,
+}
+
+/// What the survey file gives of a head.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Placed {
+    /// `lever_arm_m`.
+    pub(super) arm: bool,
+    /// `mounting_deg`.
+    pub(super) mounting: bool,
 }
 
 /// Keys that recorder files supply, or that have a value to go on with.
@@ -44,6 +53,8 @@ const SUPPLIED: &[&[&str]] = &[
     &["multibeam", "mounting_deg"],
     &["multibeam", "range_sigma_m"],
     &["multibeam", "angle_sigma_deg"],
+    &["head", "lever_arm_m"],
+    &["head", "mounting_deg"],
     &["line"],
     &["line", "start_s"],
     &["line", "end_s"],
@@ -171,11 +182,28 @@ fn fill(root: &mut toml::Table) -> Given {
     let origin = zeros(["latitude_deg", "longitude_deg", "height_m"]);
     let mounting = zeros(["roll", "pitch", "heading"]);
     let arm = toml::Value::Array(vec![toml::Value::Float(0.0); 3]);
+    let further = root.get_mut("head").and_then(toml::Value::as_array_mut);
+    let further = further.into_iter().flatten().filter_map(|head| {
+        let table = head.as_table_mut()?;
+        let mut put = |key: &str, value: &toml::Value| {
+            let there = table.contains_key(key);
+            table.entry(key).or_insert_with(|| value.clone());
+            there
+        };
+        Some(Placed {
+            arm: put("lever_arm_m", &arm),
+            mounting: put("mounting_deg", &mounting),
+        })
+    });
+    let further = further.collect();
     Given {
         origin: put(root, "site", "origin", origin),
         level,
-        arm: put(root, "multibeam", "lever_arm_m", arm),
-        mounting: put(root, "multibeam", "mounting_deg", mounting),
+        first: Placed {
+            arm: put(root, "multibeam", "lever_arm_m", arm),
+            mounting: put(root, "multibeam", "mounting_deg", mounting),
+        },
+        further,
         lines,
         trajectory,
         assumed,

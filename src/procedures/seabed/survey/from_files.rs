@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::recorded::{self, FromRecorders};
 use crate::survey::problem::SurveyError;
+use crate::survey::sections::MountingAngles;
 
 /// A survey file of these recorder files, one line of each. What is wrong or missing stands in it as a comment.
 #[must_use]
@@ -32,10 +33,36 @@ pub fn template(files: &[PathBuf]) -> String {
 /// Mountings as the installation record has them.
 fn sonar(found: &FromRecorders) -> String {
     let m = &found.file.multibeam;
+    let several = !found.file.head.is_empty();
+    let alone = if several {
+        "   # alone; without it all heads together"
+    } else {
+        ""
+    };
     let head = m
         .head
-        .map_or(String::new(), |head| format!("#head = {head}\n"));
-    let angles = |a: &crate::survey::sections::MountingAngles| {
+        .map_or(String::new(), |head| format!("#head = {head}{alone}\n"));
+    let first = mounted(
+        (&m.lever_arm_m, &m.mounting_deg),
+        (&m.receiver_lever_arm_m, &m.receiver_mounting_deg),
+    );
+    let further = found.file.head.iter().map(|h| {
+        let own = mounted(
+            (&h.lever_arm_m, &h.mounting_deg),
+            (&h.receiver_lever_arm_m, &h.receiver_mounting_deg),
+        );
+        format!("\n#[[head]]\n#number = {}\n{own}", h.number)
+    });
+    let further: String = further.collect();
+    format!("{head}{first}{further}")
+}
+
+/// Lever arms and angles of a head's two arrays.
+fn mounted(
+    (arm_m, angles): (&[f64; 3], &MountingAngles),
+    receiver: (&Option<[f64; 3]>, &Option<MountingAngles>),
+) -> String {
+    let words = |a: &MountingAngles| {
         format!(
             "{{ roll = {}, pitch = {}, heading = {} }}",
             a.roll, a.pitch, a.heading
@@ -43,17 +70,15 @@ fn sonar(found: &FromRecorders) -> String {
     };
     let arm = |a: &[f64; 3]| format!("{a:?}");
     let mut text = format!(
-        "{head}#lever_arm_m = {}   # right, forward, up of the reference point\n#mounting_deg = {}\n",
-        arm(&m.lever_arm_m),
-        angles(&m.mounting_deg)
+        "#lever_arm_m = {}   # right, forward, up of the reference point\n#mounting_deg = {}\n",
+        arm(arm_m),
+        words(angles)
     );
-    if let (Some(receiver_arm), Some(receiver)) =
-        (&m.receiver_lever_arm_m, &m.receiver_mounting_deg)
-    {
+    if let (Some(receiver_arm), Some(receiver)) = receiver {
         text.push_str(&format!(
             "#receiver_lever_arm_m = {}\n#receiver_mounting_deg = {}\n",
             arm(receiver_arm),
-            angles(receiver)
+            words(receiver)
         ));
     }
     text

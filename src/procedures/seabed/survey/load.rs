@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::super::scene::{DriftSigmas, Line, Scene, Sounding, Water, wave_heave_m};
 use super::casts;
 use super::file::SeabedSurveyFile;
+use super::heads;
 use super::recorded::{self, recorder_files};
 use crate::calibrate::cloud::Beam;
 use crate::formats::{
@@ -58,7 +59,6 @@ const OF_RECORDERS: &[[&str; 2]] = &[
     ["trajectory", "time"],
     ["trajectory", "week"],
     ["trajectory", "leap_seconds"],
-    ["multibeam", "head"],
 ];
 
 /// Reads a seabed survey file and every file that it names.
@@ -77,7 +77,7 @@ pub fn load(path: &Path) -> Result<LoadedSeabed, SurveyError> {
 
 /// A survey whose soundings are a CSV.
 fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, SurveyError> {
-    let file = parse_survey(path, text, Some(folder))?;
+    let mut file = parse_survey(path, text, Some(folder))?;
     let one = |name: &Option<String>| name.clone().unwrap_or_default();
     let [trajectory, soundings] =
         [&file.trajectory.path, &file.multibeam.path].map(|name| folder.join(one(name)));
@@ -92,6 +92,7 @@ fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, Su
     };
     let mut notes = std::mem::take(&mut records.notes);
     notes.append(&mut observed.notes);
+    notes.extend(heads::of_columns(path, &soundings, &mut file, &observed)?);
     let casts = file.cast.iter().map(|cast| cast.path.clone());
     let named: Vec<String> = std::iter::once(one(&file.trajectory.path))
         .chain(file.sound_speed.profile.clone())
@@ -371,15 +372,8 @@ pub fn scene_of(
         azimuth_rad: 0.0,
     };
     let trajectory = local_trajectory(geodetic, &pose).trajectory;
-    let arrays = file.arrays();
-    let two = observed.arrays.is_some();
-    let nominal = if two {
-        arrays.together()
-    } else {
-        arrays.transmitter
-    };
     let lines = file.lines();
-    let soundings = soundings(&lines, observed, casts);
+    let soundings = soundings((&lines, &file.head_numbers()), observed, casts);
     let level_m = file.site.water_level_m;
     let mut scene = Scene {
         heave_m: wave_heave_m(&trajectory, gap_s),
@@ -389,8 +383,7 @@ pub fn scene_of(
         lines,
         soundings,
         sonar: file.sonar(),
-        nominal,
-        arrays: two.then_some(arrays),
+        heads: file.heads(observed.arrays.is_some()),
         priors: file.priors(),
         trajectory,
     };
@@ -398,9 +391,9 @@ pub fn scene_of(
     scene
 }
 
-/// The soundings of each line, line after line. Measured ranges become times of the profile's shallowest speed.
+/// The soundings of each line, line after line, head after head. Measured ranges become times of the profile's shallowest speed.
 fn soundings(
-    lines: &[Line],
+    (lines, heads): (&[Line], &[u32]),
     observed: &SoundingRecords,
     casts: &[SoundSpeedProfile],
 ) -> Vec<Sounding> {
@@ -417,8 +410,9 @@ fn soundings(
     for (number, line) in lines.iter().enumerate() {
         let first = times.partition_point(|t| *t < line.start_s);
         let last = times.partition_point(|t| *t <= line.end_s);
-        all.extend((first..last.max(first)).map(|k| Sounding {
+        let sounding = |head: usize, k: usize| Sounding {
             line: number as u16,
+            head: head as u8,
             time_s: times[k] + delay_s(k),
             across_rad: observed.across_rad[k],
             along_rad: observed.along_rad[k],
@@ -429,7 +423,16 @@ fn soundings(
                 ping: observed.ping[k],
                 beam: observed.beam[k],
             },
-        }));
+        };
+        let on_line = || first..last.max(first);
+        if observed.head.is_empty() {
+            all.extend(on_line().map(|k| sounding(0, k)));
+            continue;
+        }
+        for (head, number) in heads.iter().enumerate() {
+            let own = on_line().filter(|k| observed.head[*k] == *number);
+            all.extend(own.map(|k| sounding(head, k)));
+        }
     }
     all
 }
@@ -467,7 +470,8 @@ fn transducer_depth_m(scene: &Scene) -> f64 {
     let step = scene.soundings.len().div_ceil(2000).max(1);
     let depth = |s: &Sounding| {
         let pose = scene.trajectory.pose_at(s.time_s).ok()?;
-        let transducer = pose.position_m + pose.rotation * scene.nominal.lever_arm_m;
+        let nominal = &scene.heads[usize::from(s.head)].nominal;
+        let transducer = pose.position_m + pose.rotation * nominal.lever_arm_m;
         Some(scene.water.level_m - transducer.z)
     };
     let mut depths: Vec<f64> = scene

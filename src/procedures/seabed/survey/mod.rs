@@ -6,6 +6,7 @@ mod external;
 pub mod file;
 mod filled;
 pub mod from_files;
+mod heads;
 pub mod load;
 mod recorded;
 pub mod scenario;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use super::super::scene::DriftSigmas;
 use super::external::{self, External};
 use super::file::{LineSection, SeabedSurveyFile};
-use super::filled::{self, Given};
+use super::filled::{self, Given, Placed};
+use super::heads;
 use crate::formats::recorder::{Array, Installation, Profile, table, utc};
 use crate::formats::{SoundingRecords, TrajectoryRecords, sound_speed_csv};
 use crate::observe::{Mounting, SoundSpeedProfile};
@@ -22,7 +23,7 @@ use crate::units::degrees;
 pub(super) struct FromRecorders {
     /// The survey file with everything that the recorders supply.
     pub(super) file: SeabedSurveyFile,
-    /// Soundings of the head.
+    /// Soundings of the heads.
     pub(super) soundings: SoundingRecords,
     /// Poses of the reference point.
     pub(super) trajectory: TrajectoryRecords,
@@ -105,17 +106,15 @@ pub(super) fn load(
 ) -> Result<FromRecorders, SurveyError> {
     let (mut file, given) = filled::draft(path, text, folder, &names)?;
     let mut observed = read(folder, &names)?;
-    let head = head(path, &file, &observed)?;
+    let (chosen, said) = heads::of_recorders(path, &mut file, &observed)?;
     let mut notes = losses(&observed);
-    notes.extend(left_out(&observed, head));
-    file.multibeam.head = Some(head);
+    notes.extend(said);
     let installation = installation(&observed)?;
     none_of(mountings(
         path,
         &mut file,
         &given,
         installation.as_ref(),
-        head,
         &mut notes,
     ))?;
     let is_given = |key: &str| given.trajectory.iter().any(|own| own == key);
@@ -149,7 +148,7 @@ pub(super) fn load(
         notes.push(format!("{count} pings came twice and were counted once"));
     }
     Ok(FromRecorders {
-        soundings: observed.take_head(head),
+        soundings: observed.take_heads(&chosen),
         file,
         trajectory: navigation.records,
         drift: drift.unwrap_or_default(),
@@ -182,52 +181,6 @@ fn read(folder: &Path, names: &[String]) -> Result<Observed, SurveyError> {
     problems.extend(unfit);
     none_of(problems)?;
     Ok(observed)
-}
-
-/// The head that is calibrated.
-fn head(path: &Path, file: &SeabedSurveyFile, observed: &Observed) -> Result<u32, SurveyError> {
-    let heads = observed.heads();
-    let listed: Vec<String> = heads.iter().map(u32::to_string).collect();
-    let listed = listed.join(", ");
-    let expected = "head = the one to calibrate; each is calibrated separately";
-    match (file.multibeam.head, heads.as_slice()) {
-        (Some(head), all) if all.contains(&head) => Ok(head),
-        (None, [only]) => Ok(*only),
-        (_, []) => {
-            let valid = "beams that the sounder holds valid";
-            Err(Problem::new(path, "[multibeam] paths", "none", valid).into())
-        }
-        (Some(head), _) => {
-            let found = format!("head {head}; the files have {listed}");
-            Err(Problem::new(path, "[multibeam] head", found, expected).into())
-        }
-        (None, _) => {
-            let found = format!("soundings of the heads {listed}");
-            Err(Problem::new(path, "[multibeam] head", found, expected).into())
-        }
-    }
-}
-
-/// Soundings of the other heads, in words.
-fn left_out(observed: &Observed, head: u32) -> Option<String> {
-    let others = observed.heads().into_iter().filter(|other| *other != head);
-    let count = |other: u32| {
-        observed
-            .soundings
-            .head
-            .iter()
-            .filter(|h| **h == other)
-            .count()
-    };
-    let each: Vec<String> = others
-        .map(|other| format!("{} of head {other}", count(other)))
-        .collect();
-    (!each.is_empty()).then(|| {
-        format!(
-            "head {head} is calibrated; soundings of the other heads are left out: {}; calibrate each with head = its number under [multibeam]",
-            each.join(", ")
-        )
-    })
 }
 
 /// What was lost or odd in the files, and notes of their readers.
@@ -286,27 +239,76 @@ fn twice(path: &Path, record: Option<&Installation>) -> Result<(), SurveyError> 
     Ok(())
 }
 
-/// Nominal mountings: the survey file's, else the installation record's; a difference between them is said.
+/// A head in the survey file, and what the file itself gives of it.
+struct OfFile<'f> {
+    number: u32,
+    /// Its number in words where there are several.
+    words: String,
+    arm: (&'f mut [f64; 3], &'f mut Option<[f64; 3]>),
+    angles: (&'f mut MountingAngles, &'f mut Option<MountingAngles>),
+    given: Placed,
+}
+
+/// Every head of the survey file.
+fn of_file<'f>(file: &'f mut SeabedSurveyFile, given: &Given) -> Vec<OfFile<'f>> {
+    let several = !file.head.is_empty();
+    let words = |number: u32| match several {
+        true => format!("head {number}, "),
+        false => String::new(),
+    };
+    let m = &mut file.multibeam;
+    let number = m.head.unwrap_or(0);
+    let first = OfFile {
+        number,
+        words: words(number),
+        arm: (&mut m.lever_arm_m, &mut m.receiver_lever_arm_m),
+        angles: (&mut m.mounting_deg, &mut m.receiver_mounting_deg),
+        given: given.first,
+    };
+    let further = file.head.iter_mut().enumerate().map(|(k, head)| OfFile {
+        number: head.number,
+        words: words(head.number),
+        arm: (&mut head.lever_arm_m, &mut head.receiver_lever_arm_m),
+        angles: (&mut head.mounting_deg, &mut head.receiver_mounting_deg),
+        given: given.further.get(k).copied().unwrap_or_default(),
+    });
+    std::iter::once(first).chain(further).collect()
+}
+
+/// Nominal mountings of every head: the survey file's, else the installation record's; a difference between them is said.
 fn mountings(
     path: &Path,
     file: &mut SeabedSurveyFile,
     given: &Given,
     installation: Option<&Installation>,
-    head: u32,
     notes: &mut Vec<String>,
 ) -> Vec<Problem> {
+    let heads = of_file(file, given);
+    let of_head = |head: OfFile<'_>| mounting(path, head, installation, notes);
+    heads.into_iter().flat_map(of_head).collect()
+}
+
+fn mounting(
+    path: &Path,
+    head: OfFile<'_>,
+    installation: Option<&Installation>,
+    notes: &mut Vec<String>,
+) -> Vec<Problem> {
+    let (number, words) = (head.number, head.words.clone());
     let arrays = installation.and_then(|record| {
         let mounting = |array: Option<&Array>| Some(array?.mounted.mounting);
         Some((
-            mounting(record.transmitter(head))?,
-            mounting(record.receiver(head))?,
+            mounting(record.transmitter(number))?,
+            mounting(record.receiver(number))?,
         ))
     });
-    let m = &mut file.multibeam;
     let Some((transmitter, receiver)) = arrays else {
-        let lacking = [("lever_arm_m", given.arm), ("mounting_deg", given.mounting)];
+        let lacking = [
+            ("lever_arm_m", head.given.arm),
+            ("mounting_deg", head.given.mounting),
+        ];
         let missing = lacking.iter().filter(|key| !key.1);
-        let found = format!("no installation record that says how head {head} is mounted");
+        let found = format!("no installation record that says how head {number} is mounted");
         let problem = |key: &(&str, bool)| {
             Problem::new(
                 path,
@@ -319,36 +321,29 @@ fn mountings(
     };
     for (array, mounting) in [("transmit", &transmitter), ("receive", &receiver)] {
         notes.push(format!(
-            "installation record, {array} array: {}",
+            "installation record, {words}{array} array: {}",
             in_words(mounting)
         ));
     }
-    if given.arm {
-        note_difference(
-            notes,
-            "lever_arm_m",
-            m.lever_arm_m,
-            arm_of(&transmitter),
-            1e-4,
-        );
+    if head.given.arm {
+        let key = format!("{words}lever_arm_m");
+        note_difference(notes, &key, *head.arm.0, arm_of(&transmitter), 1e-4);
     } else {
-        m.lever_arm_m = arm_of(&transmitter);
-        m.receiver_lever_arm_m.get_or_insert(arm_of(&receiver));
+        *head.arm.0 = arm_of(&transmitter);
+        head.arm.1.get_or_insert(arm_of(&receiver));
     }
-    if given.mounting {
-        let own = m.mounting_deg;
+    if head.given.mounting {
+        let own = [
+            head.angles.0.roll,
+            head.angles.0.pitch,
+            head.angles.0.heading,
+        ];
         let theirs = angles_of(&transmitter);
-        let own = [own.roll, own.pitch, own.heading];
-        note_difference(
-            notes,
-            "mounting_deg",
-            own,
-            [theirs.roll, theirs.pitch, theirs.heading],
-            1e-3,
-        );
+        let theirs = [theirs.roll, theirs.pitch, theirs.heading];
+        note_difference(notes, &format!("{words}mounting_deg"), own, theirs, 1e-3);
     } else {
-        m.mounting_deg = angles_of(&transmitter);
-        m.receiver_mounting_deg.get_or_insert(angles_of(&receiver));
+        *head.angles.0 = angles_of(&transmitter);
+        head.angles.1.get_or_insert(angles_of(&receiver));
     }
     vec![]
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::super::config::SeabedConfig;
+use super::super::parameters::{self, Parameter};
 use super::super::reference::ReferenceConfig;
 use super::super::scene::Arrays;
 use super::file::{
@@ -58,6 +59,9 @@ section! {
         profile_sigma: f64 = or (0.002), Kind::Number(limits(0.0, 0.1, "a number from 0 to 0.1"));
         /// The sonar.
         multibeam: Multibeam = required, Kind::Table(Multibeam::KEYS);
+        /// A further head of a sounder that has several; the first one has the keys of `[multibeam]`.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        head: Vec<FurtherHead> = or (vec![]), Kind::Tables(FurtherHead::KEYS);
         /// What is wrong besides noise.
         errors: Errors = or (Errors::default()), Kind::Table(Errors::KEYS);
         /// The lines.
@@ -142,6 +146,27 @@ section! {
 }
 
 section! {
+    /// `[[head]]`: a further head; what it does not say it has of the first one.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct FurtherHead {
+        /// True lever arm, metres.
+        lever_arm_m: [f64; 3] = required, Kind::Triple(PLACE);
+        /// What the survey says of its lever arm: the true one plus a normal error of these sigmas, metres.
+        lever_arm_sigma_m: [f64; 3] = or ([0.005, 0.005, 0.01]), Kind::Triple(SIGMA_M_OR_NONE);
+        /// Nominal mounting angles, degrees.
+        mounting_deg: MountingAngles = required, Kind::Table(MountingAngles::KEYS);
+        /// Truth: correction of the mounting about the body axes, degrees.
+        correction_deg: Turn = required, Kind::Table(Turn::KEYS);
+        /// Its stamps are late by more than the first one's, seconds.
+        latency_s: f64 = or (0.0), Kind::Number(SECONDS);
+        /// Nominal mounting angles of its receive array, degrees; those of its transmit array where they are not given.
+        receiver_mounting_deg: Option<MountingAngles> = or (None), Kind::Table(MountingAngles::KEYS);
+        /// From its transmit to its receive array in the body, metres.
+        receiver_offset_m: [f64; 3] = or ([0.0; 3]), Kind::Triple(PLACE);
+    }
+}
+
+section! {
     #[settings]
     /// `[multibeam.arrays]`: the transmit array has the lever arm and the mounting of the section above.
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,13 +204,49 @@ impl SeabedScenario {
         self.multibeam.arrays.or(recorded)
     }
 
-    /// Nominal mountings of both arrays with these lever arms of the transmit array.
+    /// Every head, the first one first, as a further one is described.
+    #[must_use]
+    pub fn heads(&self) -> Vec<FurtherHead> {
+        let m = &self.multibeam;
+        let two = self.two_arrays().unwrap_or_default();
+        let first = FurtherHead {
+            lever_arm_m: m.lever_arm_m,
+            lever_arm_sigma_m: m.lever_arm_sigma_m,
+            mounting_deg: m.mounting_deg,
+            correction_deg: m.correction_deg,
+            latency_s: 0.0,
+            receiver_mounting_deg: two.receiver_mounting_deg,
+            receiver_offset_m: two.receiver_offset_m,
+        };
+        std::iter::once(first).chain(self.head.clone()).collect()
+    }
+
+    /// The parameters of the survey; its heads are numbered from 1.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let numbers: Vec<u32> = (1..=self.head.len() as u32 + 1).collect();
+        parameters::list(&numbers)
+    }
+
+    /// How well the survey knows a lever arm's component: of a further head upwards that over the first one.
+    #[must_use]
+    pub fn arm_sigma_m(&self, head: usize, axis: usize) -> f64 {
+        let heads = self.heads();
+        let of = |head: usize| heads[head].lever_arm_sigma_m[axis];
+        match (head, axis) {
+            (0, _) | (_, 0 | 1) => of(head),
+            _ => math::hypot(of(head), of(0)),
+        }
+    }
+}
+
+impl FurtherHead {
+    /// Nominal mountings of both arrays with this lever arm of the transmit array.
     #[must_use]
     pub fn arrays(&self, lever_arm_m: [f64; 3]) -> Arrays {
-        let two = self.two_arrays().unwrap_or_default();
-        let nominal = self.multibeam.mounting_deg;
-        let receiver = two.receiver_mounting_deg.unwrap_or(nominal);
-        let receiver_arm_m = std::array::from_fn(|k| lever_arm_m[k] + two.receiver_offset_m[k]);
+        let nominal = self.mounting_deg;
+        let receiver = self.receiver_mounting_deg.unwrap_or(nominal);
+        let receiver_arm_m = std::array::from_fn(|k| lever_arm_m[k] + self.receiver_offset_m[k]);
         Arrays {
             transmitter: nominal.mounting(lever_arm_m),
             receiver: receiver.mounting(receiver_arm_m),
@@ -259,6 +320,8 @@ pub fn parse_scenario(file: &Path, text: &str) -> Result<SeabedScenario, SurveyE
 
 /// Most soundings of a simulated survey.
 const MOST_SOUNDINGS: f64 = 2e7;
+/// Most heads beside the first.
+const MOST_FURTHER: usize = 7;
 /// Most records of its trajectory.
 const MOST_RECORDS: f64 = 5e6;
 
@@ -281,7 +344,21 @@ impl SeabedScenario {
             .iter()
             .map(|line| length(line) / line.speed_m_s)
             .sum();
-        let soundings = seconds * self.multibeam.ping_rate_hz * f64::from(self.multibeam.beams);
+        let heads = (1 + self.head.len()) as f64;
+        let of_ping = heads * f64::from(self.multibeam.beams);
+        let soundings = seconds * self.multibeam.ping_rate_hz * of_ping;
+        if self.format == "all" && self.head.len() > 1 {
+            faults.push(format!(
+                "{} heads in .all, which knows two",
+                self.head.len() + 1
+            ));
+        }
+        if self.head.len() > MOST_FURTHER {
+            faults.push(format!(
+                "{} further heads, more than {MOST_FURTHER}",
+                self.head.len()
+            ));
+        }
         if soundings > MOST_SOUNDINGS {
             faults.push(format!(
                 "{soundings:.0} soundings, more than {MOST_SOUNDINGS}"

@@ -6,7 +6,8 @@ use std::path::Path;
 use super::super::scene::REFERENCE_DEPTH_M;
 use super::super::simulate::{Shot, Simulated};
 use super::file::{
-    LineSection, MultibeamSection, SeabedSurveyFile, SoundSpeedSection, TrajectorySection,
+    HeadSection, LineSection, MultibeamSection, SeabedSurveyFile, SoundSpeedSection,
+    TrajectorySection,
 };
 use super::scenario::SeabedScenario;
 use crate::formats::records::ArrayColumns;
@@ -24,11 +25,12 @@ use crate::observe::{
 pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurveyFile {
     let m = &scenario.multibeam;
     let two = scenario.two_arrays();
-    let receiver_arm_m = scenario
-        .arrays(survey.lever_arm_m)
-        .receiver
-        .lever_arm_m
-        .into();
+    let heads = scenario.heads();
+    let several = heads.len() > 1;
+    let receiver_arm_m = |k: usize| {
+        let arrays = heads[k].arrays(survey.lever_arms_m[k]);
+        arrays.receiver.lever_arm_m.into()
+    };
     SeabedSurveyFile {
         name: scenario.name.clone(),
         procedure: "seabed".to_owned(),
@@ -46,10 +48,10 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
         multibeam: MultibeamSection {
             path: Some("multibeam.csv".to_owned()),
             paths: vec![],
-            head: None,
-            receiver_lever_arm_m: two.map(|_| receiver_arm_m),
+            head: several.then_some(1),
+            receiver_lever_arm_m: two.map(|_| receiver_arm_m(0)),
             receiver_mounting_deg: two.and_then(|two| two.receiver_mounting_deg),
-            lever_arm_m: survey.lever_arm_m,
+            lever_arm_m: survey.lever_arms_m[0],
             lever_arm_sigma_m: m.lever_arm_sigma_m,
             mounting_deg: m.mounting_deg,
             range_sigma_m: m.range_sigma_m,
@@ -61,6 +63,16 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
         seabed: scenario.seabed.clone(),
         reference: scenario.reference.clone(),
         verdict: scenario.verdict.clone(),
+        head: (1..heads.len())
+            .map(|k| HeadSection {
+                number: k as u32 + 1,
+                lever_arm_m: survey.lever_arms_m[k],
+                lever_arm_sigma_m: heads[k].lever_arm_sigma_m,
+                mounting_deg: heads[k].mounting_deg,
+                receiver_lever_arm_m: two.map(|_| receiver_arm_m(k)),
+                receiver_mounting_deg: heads[k].receiver_mounting_deg,
+            })
+            .collect(),
         line: survey
             .lines
             .iter()
@@ -155,6 +167,10 @@ pub fn soundings(scenario: &SeabedScenario, shots: &[Shot]) -> SoundingRecords {
             delay_s: column(|s| s.delay_s),
             head_speed_m_s: vec![scenario.sound_speed_m_s; shots.len()],
         }),
+        head: match scenario.head.is_empty() {
+            true => vec![],
+            false => shots.iter().map(|s| u32::from(s.head) + 1).collect(),
+        },
         notes: vec![],
     }
 }
