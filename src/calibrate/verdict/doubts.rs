@@ -220,7 +220,11 @@ fn found(
     let finding =
         |score: &Score| guilty(score, &doubts[score.suspect], effect(score), doubts.len());
     let guilty = scores.guilty.iter();
-    let heard = guilty.filter(|score| doubts[score.suspect].hears(score));
+    // of what a parameter hangs on, only that is said ([`hanging`])
+    let heard = guilty.filter(|score| {
+        let doubt = &doubts[score.suspect];
+        doubt.hears(score) && hangs(score, doubt, &effect(score)).is_none()
+    });
     let mut all: Vec<Finding> = heard.map(&finding).collect();
     let Some(first) = scores.guilty.first() else {
         return all;
@@ -239,19 +243,40 @@ fn found(
     all
 }
 
-/// Where a parameter hangs on an innocent doubt, the most serious first.
+/// Where a parameter hangs on a doubt: of each code the guilty one, else the most serious, and how many more there are.
 fn hanging(
     scores: &Scores,
     doubts: &[Doubt],
     effect: &dyn Fn(&Score) -> BTreeMap<String, f64>,
 ) -> Vec<Finding> {
-    let innocent = |score: &&Score| scores.guilty.iter().all(|g| g.suspect != score.suspect);
-    let mut all: Vec<Finding> = (scores.alone.iter().filter(innocent))
-        .filter_map(|score| untold(score, &doubts[score.suspect], &effect(score)))
-        .collect();
-    all.sort_by(|a, b| b.largest_effect().total_cmp(&a.largest_effect()));
-    all.truncate(MOST_NAMED);
-    all
+    let is_guilty = |score: &Score| scores.guilty.iter().any(|g| g.suspect == score.suspect);
+    let one = |score: &Score| {
+        let guilty = is_guilty(score);
+        let found = untold(score, &doubts[score.suspect], &effect(score), guilty);
+        found.map(|finding| (guilty, finding))
+    };
+    let mut all: Vec<(bool, Finding)> = scores.alone.iter().filter_map(one).collect();
+    all.sort_by(|(guilty, a), (other, b)| {
+        let grave = b.largest_effect().total_cmp(&a.largest_effect());
+        other.cmp(guilty).then(grave)
+    });
+    let mut first: Vec<(Finding, usize)> = vec![];
+    for (_, finding) in all {
+        match first.iter_mut().find(|(f, _)| f.code == finding.code) {
+            Some((_, more)) => *more += 1,
+            None => first.push((finding, 0)),
+        }
+    }
+    first.truncate(MOST_NAMED);
+    let with_count = |(mut finding, more): (Finding, usize)| {
+        if more > 0 {
+            finding
+                .seen
+                .push_str(&format!("; so it is with {more} more of the kind"));
+        }
+        finding
+    };
+    first.into_iter().map(with_count).collect()
 }
 
 /// The mistakes of a known size that these doubts have, each with what it would come to.
@@ -327,18 +352,33 @@ fn hangs(
     hangs.then_some(moved)
 }
 
-/// A parameter that hangs on a doubt of one component: what one sigma of it would move.
-fn untold(score: &Score, doubt: &Doubt, effect: &BTreeMap<String, f64>) -> Option<Finding> {
+/// A parameter that hangs on a doubt of one component: what one sigma of it would move. Of a guilty one the estimate is stated too.
+fn untold(
+    score: &Score,
+    doubt: &Doubt,
+    effect: &BTreeMap<String, f64>,
+    guilty: bool,
+) -> Option<Finding> {
     let (effect, sigma) = (hangs(score, doubt, effect)?, score.sigma.first()?);
     let (scale, unit) = readable(doubt.components[0].unit);
     let most = effect.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     most.map(|(name, most)| {
-        let seen = format!(
-            "the survey cannot tell whether {}: {:.2} {unit} of it would leave no trace and would move {name} by {:.0} sigma",
-            doubt.what,
+        let trace = format!(
+            "{:.2} {unit} of it would leave no trace and would move {name} by {:.0} sigma",
             scale * sigma,
             most.abs()
         );
+        let seen = if guilty {
+            format!(
+                "{}: {} (chi-square {:.0} on {}), or the model lacks something else: the survey cannot tell, as {trace}",
+                doubt.what,
+                figures(score, doubt),
+                score.statistic,
+                score.degrees
+            )
+        } else {
+            format!("the survey cannot tell whether {}: {trace}", doubt.what)
+        };
         let threshold = format!("{HANGS_SIGMAS} sigma for one sigma of the suspected error");
         let severity = Severity::Finding;
         Finding::new(&doubt.code, severity, seen, threshold, doubt.untold.clone())
@@ -478,7 +518,19 @@ mod tests {
         assert_eq!(codes, ["guilty", "hangs"]);
         assert!(doubted.findings[1].seen.contains("roll by 12 sigma"));
         assert_eq!(doubted.findings[1].severity, Severity::Finding);
-        // guilty and hanging: a finding, however large; one that does not hang withdraws
+        // a guilty one that hangs is said once, and another of its code, though more hangs on it, is counted
+        let doubts = [doubt("line"), doubt("line")];
+        let alone = vec![score(0, 100.0, 50.0), score(1, 4.0, 24.0)];
+        let guilty_first = Scores {
+            guilty: vec![alone[0].clone()],
+            alone,
+        };
+        let doubted = worded(&guilty_first, &doubts, &|_| 1.0, &[("roll".to_owned(), 0)]);
+        let seen: Vec<&str> = doubted.findings.iter().map(|f| f.seen.as_str()).collect();
+        assert_eq!(seen.len(), 1, "{seen:?}");
+        assert!(seen[0].contains("(chi-square 100 on 1), or the model lacks"));
+        assert!(seen[0].contains("roll by 5 sigma; so it is with 1 more of the kind"));
+        // it withdraws nothing, however large; one that does not hang does
         let moving = |sigmas: f64| {
             let effect = BTreeMap::from([("roll".to_owned(), sigmas * 20.0)]);
             guilty(&score(0, 400.0, 0.0), &doubts[0], effect, 21).severity
