@@ -1,10 +1,9 @@
 //! Helmert blocks: a long chain is cut, each block is reduced by itself, and a small network over the cuts puts the blocks together.
 //!
-//! Helmert 1880 for large geodetic nets; Wolf, "The Helmert block method, its origin and development", 1978. A cut is an epoch
-//! whose states stay when the epochs inside the blocks beside it are eliminated. What a block leaves, [`ReducedNormals`], belongs to the parameters
-//! and its two cuts; summed over the blocks these are normal equations that are block tridiagonal again, over the cuts
-//! ([`Network`]). Cuts depend on the chain's length alone and sums run in the blocks' order, so results have the same bytes on any
-//! number of threads.
+//! Wolf, "The Helmert block method, its origin and development", 1978. A cut is an epoch whose states stay when the epochs inside the
+//! blocks beside it are eliminated. What a block leaves, [`ReducedNormals`], belongs to the parameters and its two cuts; summed over
+//! the blocks these are normal equations that are block tridiagonal again, over the cuts ([`Network`]). Cuts depend on the chain's
+//! length alone and sums run in the blocks' order, so results have the same bytes on any number of threads.
 
 use std::ops::Range;
 
@@ -187,8 +186,7 @@ impl Cuts {
         (before, behind): (&ReducedNormals, &ReducedNormals),
     ) -> Result<(), AdjustError> {
         let (Some(last), Some(first)) = (&before.last, &behind.first) else {
-            let block = behind.block;
-            let blocks = cut + 1;
+            let (block, blocks) = (behind.block, self.factor.epochs.len() + 1);
             return Err(AdjustError::SurplusBlock { block, blocks });
         };
         let quads = self.factor.quads;
@@ -203,7 +201,7 @@ impl Cuts {
         let rows = self.factor.rows_mut(cut).chunks_exact_mut(quads);
         for (i, row) in rows.enumerate() {
             let row = row.as_flattened_mut();
-            row.copy_from_slice(&self.carry[i * quads..(i + 1) * quads].as_flattened());
+            row.copy_from_slice(self.carry[i * quads..(i + 1) * quads].as_flattened());
             let (next, border) = row.split_at_mut(N);
             next.iter_mut()
                 .enumerate()
