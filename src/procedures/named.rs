@@ -138,7 +138,7 @@ mod tests {
         );
         let mistyped = refused("procedure = \"ubsl\"\n");
         assert!(mistyped.contains("found \"ubsl\"") && mistyped.contains("nearest: \"usbl\""));
-        assert!(refused("procedure = 3\n").contains("no text"));
+        assert!(refused("procedure = 3\n").contains("not text"));
         assert!(refused("broken =\n").contains("TOML"));
     }
 

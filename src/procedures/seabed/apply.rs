@@ -17,7 +17,6 @@ use crate::geometry::frames::{Point, Target};
 use crate::observe::Mounting;
 
 /// The points of a survey; the site's origin is their middle.
-#[must_use]
 ///
 /// # Errors
 /// [`OtherHeads`].

@@ -512,14 +512,24 @@ mod tests {
             let parameters = scene.parameters();
             let locator = Locator::new(&scene, &states, &values).expect("a profile");
             for (place, parameter) in parameters.iter().enumerate() {
-                let by = 1e-5;
+                // the column of the latency is a difference over the same time, as the attitude's noise would else drown the boat's turning
+                let by = match parameter.kind {
+                    Kind::Latency => RATE_STEP_S,
+                    _ => 1e-5,
+                };
                 let mut step = vec![0.0; parameters.len() + states.len()];
                 step[place] = by;
                 let moved = values.stepped(&step);
                 assert!((moved.from_nominal(&scene)[place] - by).abs() < 1e-12);
                 let there = Locator::new(&scene, &states, &moved).expect("a profile");
+                step[place] = -by;
+                let back = values.stepped(&step);
+                let back = Locator::new(&scene, &states, &back).expect("a profile");
                 for k in (40..scene.soundings.len()).step_by(1009) {
-                    let (Some(located), Some(after)) = (locator.locate(k), there.locate(k)) else {
+                    let Some(located) = locator.locate(k) else {
+                        continue;
+                    };
+                    let (Some(after), Some(before)) = (there.locate(k), back.locate(k)) else {
                         continue;
                     };
                     let adjusted = Adjusted::default();
@@ -529,11 +539,19 @@ mod tests {
                         true => column,
                         false => Vector3::zeros(),
                     };
-                    let found = (after.point_m - located.point_m) / by;
-                    // the angle against two moving arrays is taken for one; a latency is differenced over 0.2 s, and the boat's turning
-                    // changes by a hundredth of a radian a second over half a record
-                    let late = f64::from(u8::from(parameter.kind == Kind::Latency));
-                    let near = 0.02 * due.norm() + 1e-3 + late * 0.01 * located.range_m;
+                    let found = (after.point_m - before.point_m) / (2.0 * by);
+                    // two arrays are taken to turn about the point half way between them, and each turns about itself: they are 0.27 m
+                    // apart, and 0.03 m more by what the boat sails between transmission and reception. The boat's rate of turn is that
+                    // at transmission; till reception it changes
+                    let (range_m, time_s) = (located.range_m, scene.soundings[k].time_s);
+                    let rate = |time_s| locator.rates(time_s).expect("a rate").1;
+                    let change = rate(time_s + 2.0 * range_m / 1500.0) - rate(time_s);
+                    let apart = match parameter.kind {
+                        kind if arrays && kind.is_angle() => 0.5 * 0.3,
+                        Kind::Latency if arrays => change.norm() * range_m,
+                        _ => 0.0,
+                    };
+                    let near = 0.02 * due.norm() + 1e-3 + apart;
                     assert!(
                         (found - due).norm() < near,
                         "{}: {found} {due}",

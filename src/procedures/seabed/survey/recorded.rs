@@ -294,7 +294,13 @@ fn mounting(
     installation: Option<&Installation>,
     notes: &mut Vec<String>,
 ) -> Vec<Problem> {
-    let (number, words) = (head.number, head.words.clone());
+    let OfFile {
+        number,
+        words,
+        arm,
+        angles,
+        given,
+    } = head;
     let arrays = installation.and_then(|record| {
         let mounting = |array: Option<&Array>| Some(array?.mounted.mounting);
         Some((
@@ -303,10 +309,7 @@ fn mounting(
         ))
     });
     let Some((transmitter, receiver)) = arrays else {
-        let lacking = [
-            ("lever_arm_m", head.given.arm),
-            ("mounting_deg", head.given.mounting),
-        ];
+        let lacking = [("lever_arm_m", given.arm), ("mounting_deg", given.mounting)];
         let missing = lacking.iter().filter(|key| !key.1);
         let found = format!("no installation record that says how head {number} is mounted");
         let problem = |key: &(&str, bool)| {
@@ -325,25 +328,21 @@ fn mounting(
             in_words(mounting)
         ));
     }
-    if head.given.arm {
+    if given.arm {
         let key = format!("{words}lever_arm_m");
-        note_difference(notes, &key, *head.arm.0, arm_of(&transmitter), 1e-4);
+        note_difference(notes, &key, *arm.0, arm_of(&transmitter), 1e-4);
     } else {
-        *head.arm.0 = arm_of(&transmitter);
-        head.arm.1.get_or_insert(arm_of(&receiver));
+        *arm.0 = arm_of(&transmitter);
+        arm.1.get_or_insert(arm_of(&receiver));
     }
-    if head.given.mounting {
-        let own = [
-            head.angles.0.roll,
-            head.angles.0.pitch,
-            head.angles.0.heading,
-        ];
+    if given.mounting {
+        let own = [angles.0.roll, angles.0.pitch, angles.0.heading];
         let theirs = angles_of(&transmitter);
         let theirs = [theirs.roll, theirs.pitch, theirs.heading];
         note_difference(notes, &format!("{words}mounting_deg"), own, theirs, 1e-3);
     } else {
-        *head.angles.0 = angles_of(&transmitter);
-        head.angles.1.get_or_insert(angles_of(&receiver));
+        *angles.0 = angles_of(&transmitter);
+        angles.1.get_or_insert(angles_of(&receiver));
     }
     vec![]
 }
