@@ -50,6 +50,7 @@ mod ransac;
 mod rays;
 mod recorders_mutants;
 mod recorders_real;
+#[cfg(feature = "cli")]
 mod recorders_survey;
 mod report;
 mod scenarios;
