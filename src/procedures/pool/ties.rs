@@ -533,7 +533,7 @@ fn collect<I: Iterator<Item = (usize, Option<u16>)>>(
     }
     let judged = |(i, first, reasons): (usize, usize, &mut [Reason])| {
         let mut ties: Vec<Tie> = vec![];
-        for (row, known) in from(i).take(CHUNK) {
+        for (row, known) in from(i).take(CHUNK.min(count - i)) {
             let verdict = judge(row, known.or(ties.last().map(|tie| tie.face)));
             if let Some(Verdict::Tie(face)) = verdict {
                 let row = row as u32;
