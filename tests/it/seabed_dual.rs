@@ -223,7 +223,8 @@ fn heads_exchanged_and_a_sign_of_one_are_named() {
         )
     };
     let reversed = |text: &str| roll(text, "-35.0", "35.0");
-    let cases: [(&str, &dyn Fn(&str) -> String); 2] = [
+    type Spoil<'a> = &'a dyn Fn(&str) -> String;
+    let cases: [(&str, Spoil); 2] = [
         ("heads_exchanged", &exchanged),
         ("sign_of_second_head", &reversed),
     ];
