@@ -143,7 +143,7 @@ pub const FORMATS: &[Format] = &[
         name: "soundings CSV",
         extensions: &["csv"],
         magic: b"",
-        holds: "`time_s,ping,beam,across_angle_deg,along_angle_deg` and `range_m` or `two_way_travel_time_s`; of two arrays `rx_angle_deg,tx_tilt_deg` instead, with `tx_delay_s`, `sector`, `head_sound_speed_m_s` where known",
+        holds: "`time_s,ping,beam,across_angle_deg,along_angle_deg` and `range_m` or `two_way_travel_time_s`; of two arrays `rx_angle_deg,tx_tilt_deg` instead, with `tx_delay_s`, `sector`, `head_sound_speed_m_s` where known; `head` where there are several",
         readers: &[Reader::Soundings(soundings_csv::read)],
         written: true,
     },

@@ -203,9 +203,7 @@ fn of_head(head: &Head) -> Doubt {
     let number = head.number;
     Doubt::single(
         "latency_of_head",
-        &format!(
-            "the stamps of head {number} want to be late by more than those of the first head"
-        ),
+        &format!("the time stamps of head {number} look later than those of the first head"),
         Unit::Second,
         &format!(
             "check that both heads stamp by one clock, and what delay the recorder adds to head {number}; calibrate each head by itself"
