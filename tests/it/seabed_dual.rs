@@ -209,28 +209,25 @@ fn what_is_wrong_with_the_heads_is_said() {
     assert!(said.contains(words), "{said}");
 }
 
-/// The mounting of one head given to the other, and the second one's sign of roll: withdrawn, and named.
+/// The soundings of one head said to be the other's, and the second one's sign of roll: withdrawn, and named.
 #[test]
 fn heads_exchanged_and_a_sign_of_one_are_named() {
-    let roll = |text: &str, from: &str, to: &str| {
-        text.replace(&format!("roll = {from}"), &format!("roll = {to}"))
+    // the head is the last column
+    let exchanged = |line: &str| match line.rsplit_once(',') {
+        Some((rest, "1")) => format!("{rest},2"),
+        Some((rest, "2")) => format!("{rest},1"),
+        _ => line.to_owned(),
     };
-    let exchanged = |text: &str| {
-        roll(
-            &roll(&roll(text, "35.0", "x"), "-35.0", "35.0"),
-            "x",
-            "-35.0",
-        )
-    };
-    let reversed = |text: &str| roll(text, "-35.0", "35.0");
+    let exchanged = |text: &str| text.lines().map(|line| exchanged(line) + "\n").collect();
+    let reversed = |text: &str| text.replace("roll = -35.0", "roll = 35.0");
     type Spoil<'a> = &'a dyn Fn(&str) -> String;
-    let cases: [(&str, Spoil); 2] = [
-        ("heads_exchanged", &exchanged),
-        ("sign_of_second_head", &reversed),
+    let cases: [(&str, &str, Spoil); 2] = [
+        ("heads_exchanged", "multibeam.csv", &exchanged),
+        ("sign_of_second_head", "survey.toml", &reversed),
     ];
-    for (code, spoil) in cases {
+    for (code, file, spoil) in cases {
         let folder = simulated(DUAL);
-        changed(&folder.path().join("survey"), "survey.toml", spoil);
+        changed(&folder.path().join("survey"), file, spoil);
         let calibrate = ["calibrate", SURVEY, "--method", "joint", "--out", "out"];
         let output = run(&calibrate, folder.path());
         assert_eq!(output.status.code(), Some(1), "{code}: {}", words(&output));
