@@ -110,6 +110,15 @@ impl LaserRecords {
     }
 }
 
+/// The numbers in a column of heads, in order, each once.
+#[must_use]
+pub fn heads_of(column: &[u32]) -> Vec<u32> {
+    let mut heads = column.to_vec();
+    heads.sort_unstable();
+    heads.dedup();
+    heads
+}
+
 /// A soundings file's columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SoundingRecords {
@@ -159,16 +168,7 @@ impl SoundingRecords {
     /// The numbers of the heads that have soundings, in order; nothing where the file does not say them.
     #[must_use]
     pub fn heads(&self) -> Vec<u32> {
-        let mut heads = self.head.clone();
-        heads.sort_unstable();
-        heads.dedup();
-        heads
-    }
-
-    /// How many soundings a head has.
-    #[must_use]
-    pub fn count_of(&self, head: u32) -> usize {
-        self.head.iter().filter(|h| **h == head).count()
+        heads_of(&self.head)
     }
 
     /// With what the file does not say.

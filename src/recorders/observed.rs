@@ -8,7 +8,7 @@ use crate::formats::error::FormatError;
 use crate::formats::recorder::{
     Attitude, Heading, Installation, Ping, Position, Profile, Sink, Summary, WaterHeight, table,
 };
-use crate::formats::records::{ArrayColumns, SoundingRecords};
+use crate::formats::records::{ArrayColumns, SoundingRecords, heads_of};
 use crate::observe::SoundingRange;
 
 /// One file that was read.
@@ -135,10 +135,7 @@ impl Observed {
     /// The heads that have pings, in order.
     #[must_use]
     pub fn heads(&self) -> Vec<u32> {
-        let mut heads: Vec<u32> = self.soundings.head.clone();
-        heads.sort_unstable();
-        heads.dedup();
-        heads
+        heads_of(&self.soundings.head)
     }
 
     /// Time of the first ping, seconds.

@@ -27,9 +27,8 @@ pub(super) fn of_recorders(
         file.head = there[1..].iter().map(|number| unplaced(*number)).collect();
     }
     let chosen = chosen(path, file, &there)?;
-    let counts = &observed.soundings.head;
-    let count = |head: u32| counts.iter().filter(|h| **h == head).count();
-    Ok((chosen.clone(), said(&chosen, &there, count)))
+    let said = said(&chosen, &there, &observed.soundings.head);
+    Ok((chosen, said))
 }
 
 /// A head of which nothing but its number is known yet.
@@ -65,7 +64,7 @@ pub(super) fn of_columns(
         return Ok(vec![]);
     }
     let chosen = chosen(path, file, &there)?;
-    Ok(said(&chosen, &there, |head| records.count_of(head)))
+    Ok(said(&chosen, &there, &records.head))
 }
 
 /// The numbers of the heads that the survey file wants, the first one's first.
@@ -116,9 +115,10 @@ fn chosen(
     Ok(all)
 }
 
-/// How many soundings each head has where there are several, and which heads are left out, in words.
-fn said(chosen: &[u32], there: &[u32], count: impl Fn(u32) -> usize) -> Vec<String> {
+/// How many soundings each head has where there are several, and which heads are left out, in words; `of` is the head of each sounding.
+fn said(chosen: &[u32], there: &[u32], of: &[u32]) -> Vec<String> {
     let mut notes = vec![];
+    let count = |head: u32| of.iter().filter(|h| **h == head).count();
     let each = |heads: &[u32]| -> String {
         let words = |head: &u32| format!("{} of head {head}", count(*head));
         heads.iter().map(words).collect::<Vec<_>>().join(", ")
