@@ -137,7 +137,7 @@ fn placed(
         .map(|k| locator.locate(k).map(|l| l.point_m))
         .collect();
     let narrow = |(k, point): (usize, &Option<Vector3<f64>>)| {
-        point.filter(|_| scene.soundings[k].across_rad.abs() <= widest_rad)
+        point.filter(|_| scene.aside_rad(k).abs() <= widest_rad)
     };
     let inside: Vec<_> = rows.clone().zip(&points).map(narrow).collect();
     let screen = Screen::for_depth(scene.typical_depth_m());

@@ -133,6 +133,7 @@ impl Points {
             omega: z.dot(&alpha),
             slopes: slopes.into_iter().map(|s| plane_slope + s).collect(),
             plane_slope,
+            weighted,
             precision,
             alpha,
             relief,
@@ -182,6 +183,8 @@ impl Points {
 /// The collocation of one tile.
 #[derive(Clone, Debug)]
 pub struct Collocation {
+    /// C^-1 F: soundings by the plane's three coefficients.
+    pub weighted: DMatrix<f64>,
     /// P.
     pub precision: DMatrix<f64>,
     /// P z.

@@ -365,7 +365,7 @@ impl<'a> Work<'a> {
         let points: Vec<_> = (0..self.scene.soundings.len())
             .into_par_iter()
             .map(|k| {
-                let inside = self.scene.soundings[k].across_rad.abs() <= widest;
+                let inside = self.scene.aside_rad(k).abs() <= widest;
                 inside.then(|| locator.locate(k).map(|l| l.point_m))?
             })
             .collect();

@@ -367,6 +367,12 @@ pub struct Adjusted {
 }
 
 impl Located {
+    /// How far the point moves when its observation is adjusted, metres.
+    #[must_use]
+    pub fn moved_by(&self, adjusted: &Adjusted) -> Vector3<f64> {
+        self.adjusted_ray(adjusted) - self.ray_m
+    }
+
     /// Velocity of the boat over ground, metres per second.
     #[must_use]
     pub fn velocity_m_s(&self) -> Vector3<f64> {

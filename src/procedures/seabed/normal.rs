@@ -3,7 +3,6 @@
 //! A tile's information is `N = J' P J` with posterior slopes in J, its score `s = -J' alpha` minus the trace term. A shift that all lines
 //! of a tile share moves no likelihood but counts in `J' P J`; six columns of common shift, stretch and shear take it out.
 
-use crate::math;
 use crate::math::dense::product;
 use crate::math::skyline::Skyline;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
@@ -104,10 +103,10 @@ impl Placed {
             across_m2: vec![],
             along: vec![],
         };
-        for located in &placed.located {
+        for (number, located) in placed.numbers.iter().zip(&placed.located) {
             let along = normal.dot(&located.ray_m) / located.range_m;
             let across_m = normal.dot(&located.sideways) * located.range_m;
-            let angle = scene.sonar.angle_sigma_rad(math::asin(located.sine));
+            let angle = (scene.sonar).angle_sigma_rad(scene.aside_rad(*number as usize));
             let ins = &scene.ins;
             let arm_m = located.range_m * located.sine;
             points.noise.push(Noise {
@@ -259,7 +258,28 @@ impl Rows {
             }
             rows.set_warps(k, &(points.at_m[k].xy() / sought.warp_m));
         }
+        rows.without_plane(placed)?;
         Some(rows)
+    }
+
+    /// Takes out of every column what a plane under the adjusted soundings takes up: `J - A (W' A)^-1 W' J`, `W = C^-1 F`, A the plane's
+    /// columns at the adjusted places.
+    ///
+    /// Relief and noise move a sounding along and across its ray, sideways as well as upwards, so the plane's own columns F move with its
+    /// height. `alpha` is orthogonal to F and therefore not to a plane through the adjusted places: left in, a column that tilts the whole
+    /// tile would have a score whose mean is not zero.
+    fn without_plane(&mut self, placed: &Placed) -> Option<()> {
+        let weighted = &self.found.weighted;
+        let at = |k: usize| {
+            placed.points.at_m[k].xy() + placed.located[k].moved_by(&self.adjusted[k]).xy()
+        };
+        let plane = DMatrix::from_fn(self.adjusted.len(), 3, |k, c| match c {
+            0 => 1.0,
+            c => at(k)[c - 1],
+        });
+        let taken = (weighted.tr_mul(&plane).lu()).solve(&weighted.tr_mul(&self.jacobian))?;
+        self.jacobian -= plane * taken;
+        Some(())
     }
 
     fn set_parameters(

@@ -317,6 +317,30 @@ impl Scene {
         sounding.across_rad - self.heads[usize::from(sounding.head)].nominal.angles().0
     }
 
+    /// Angle of sounding `k` from the axis of its head, radians, as its neighbours in the ping tell it: linear in the beam's number between
+    /// them, or on from the last two. What takes part is chosen by this angle, for a choice by the beam's own keeps, of a beam that points
+    /// at the limit, those whose noise turns them inwards. The beam's own where its ping has fewer than two others.
+    #[must_use]
+    pub fn aside_rad(&self, k: usize) -> f64 {
+        let own = &self.soundings[k];
+        let neighbour = |by: isize| {
+            let other = self.soundings.get(k.checked_add_signed(by)?)?;
+            let strip = |s: &Sounding| (s.line, s.head, s.beam.ping);
+            let beam = |s: &Sounding| f64::from(s.beam.beam);
+            let apart = beam(other) - beam(own);
+            (strip(other) == strip(own) && apart != 0.0).then_some((apart, other.across_rad))
+        };
+        let through = |near: Option<(f64, f64)>, far: Option<(f64, f64)>| {
+            let ((near, near_rad), (far, far_rad)) = (near?, far?);
+            let slope = (far_rad - near_rad) / (far - near);
+            slope.is_finite().then_some(near_rad - slope * near)
+        };
+        through(neighbour(-1), neighbour(1))
+            .or_else(|| through(neighbour(-1), neighbour(-2)))
+            .or_else(|| through(neighbour(1), neighbour(2)))
+            .unwrap_or(own.across_rad)
+    }
+
     /// Median depth of the soundings below the transducer at the nominal mounting, metres; 0 without soundings.
     #[must_use]
     pub fn typical_depth_m(&self) -> f64 {
@@ -383,4 +407,84 @@ fn pieces(time_s: &[f64], max_gap_s: f64) -> Vec<std::ops::Range<usize>> {
 /// Body axes of an attitude as columns, for derivatives.
 pub(super) fn axis(rotation: &Matrix3<f64>, k: usize) -> Vector3<f64> {
     rotation.column(k).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::procedures::seabed::simulate::{Acts, simulate};
+    use crate::procedures::seabed::survey::load::scene_of;
+    use crate::procedures::seabed::survey::{parse_scenario, write};
+
+    /// The thin survey with beams whose true angles are known: every `spacing` degrees, with noise of 0.1 deg.
+    fn scene(spacing_deg: f64) -> (Scene, Vec<f64>) {
+        let text = include_str!("../../../models/scenarios/seabed-thin.toml");
+        let scenario = parse_scenario(std::path::Path::new("thin"), text).expect("a scenario");
+        let survey = simulate(&scenario, 1, Acts::NONE);
+        let mut scene = scene_of(
+            &write::survey_file(&scenario, &survey),
+            &write::trajectory(&scenario, &survey),
+            &[write::profile(&scenario, &survey)],
+            &write::soundings(&scenario, &survey.shots),
+        );
+        let mut draws = crate::stats::stream(7, 7);
+        let (sigma_rad, middle) = (0.1f64.to_radians(), f64::from(scenario.multibeam.beams / 2));
+        let mut noise = |sounding: &mut Sounding| {
+            let true_rad = ((f64::from(sounding.beam.beam) - middle) * spacing_deg).to_radians();
+            let off_rad = sigma_rad * crate::stats::normal::draw(&mut draws);
+            sounding.across_rad = true_rad + off_rad;
+            off_rad
+        };
+        let off_rad = scene.soundings.iter_mut().map(&mut noise).collect();
+        (scene, off_rad)
+    }
+
+    /// Beams point at the limit exactly. Those chosen by their neighbours' angles have noise of mean zero within four of its standard
+    /// errors; chosen by their own, the outermost beam alone would put it 0.08 deg inwards.
+    #[test]
+    fn what_is_chosen_by_the_angles_beside_it_has_noise_of_mean_zero() {
+        let (scene, off_rad) = scene(3.0);
+        let limit_rad = 30f64.to_radians();
+        let outermost = |chosen: &dyn Fn(usize) -> f64| {
+            let near = |k: &usize| (scene.soundings[*k].across_rad - limit_rad).abs() < 0.01;
+            let all = (0..scene.soundings.len()).filter(near);
+            let kept: Vec<f64> = all
+                .filter(|k| chosen(*k).abs() <= limit_rad)
+                .map(|k| off_rad[k])
+                .collect();
+            let mean = kept.iter().sum::<f64>() / kept.len() as f64;
+            (mean, 0.1f64.to_radians() / (kept.len() as f64).sqrt())
+        };
+        let (mean, error) = outermost(&|k| scene.aside_rad(k));
+        assert!(mean.abs() < 4.0 * error, "{mean} {error}");
+        let (mean, error) = outermost(&|k| scene.soundings[k].across_rad);
+        assert!(mean < -10.0 * error, "{mean} {error}");
+    }
+
+    /// The outermost beams go on from the two beside them; a ping of one or two beams has its own angles only.
+    #[test]
+    fn the_edge_goes_on_and_a_lone_beam_stands_for_itself() {
+        let (mut scene, _) = scene(3.0);
+        for (k, sounding) in scene.soundings.iter_mut().enumerate() {
+            sounding.across_rad = 0.01 * f64::from(sounding.beam.beam);
+            // beams 6 and 7 are missing from every other ping: numbers count, not places
+            if sounding.beam.ping % 2 == 1 && sounding.beam.beam > 5 {
+                sounding.beam.beam += 2;
+                sounding.across_rad += 0.02;
+            }
+            sounding.row = k as u32;
+        }
+        let first = scene.soundings[0].beam.ping;
+        for k in 0..200 {
+            let off = scene.aside_rad(k) - scene.soundings[k].across_rad;
+            assert!(off.abs() < 1e-12, "{k}: {off}");
+        }
+        let mut beams = 0;
+        scene.soundings.retain(|s| {
+            beams += usize::from(s.beam.ping == first);
+            s.beam.ping != first || beams <= 2
+        });
+        scene.soundings[0].across_rad = 0.7;
+        assert_eq!(scene.aside_rad(0), 0.7);
+    }
 }

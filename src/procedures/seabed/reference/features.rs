@@ -244,7 +244,7 @@ fn course(degrees: f64) -> Vector2<f64> {
 fn usable(scene: &Scene, alive: &[bool], line: usize, widest_rad: f64) -> Vec<usize> {
     let own = |k: &usize| {
         let s = &scene.soundings[*k];
-        usize::from(s.line) == line && alive[*k] && s.across_rad.abs() <= widest_rad
+        usize::from(s.line) == line && alive[*k] && scene.aside_rad(*k).abs() <= widest_rad
     };
     let all: Vec<usize> = (0..scene.soundings.len()).filter(own).collect();
     let stride = all.len().div_ceil(MOST_SOUNDINGS).max(1);

@@ -221,7 +221,9 @@ impl<'a> Duel<'a> {
             let all: Vec<usize> = (0..scene.soundings.len())
                 .filter(|k| {
                     let s = &scene.soundings[*k];
-                    usize::from(s.line) == line && alive[*k] && s.across_rad.abs() <= widest_rad
+                    usize::from(s.line) == line
+                        && alive[*k]
+                        && scene.aside_rad(*k).abs() <= widest_rad
                 })
                 .collect();
             let stride = all.len().div_ceil(MOST_SOUNDINGS).max(1);

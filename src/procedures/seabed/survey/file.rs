@@ -169,7 +169,7 @@ section! {
         angle_sigma_deg: f64 = required, Kind::Number(SIGMA_DEG);
         /// Its growth to the outer beams: sigma (1 + growth (|a| / 60 deg)^3).
         angle_sigma_growth: f64 = or (0.0), Kind::Number(GROWTH);
-        /// Soundings further out are not used, degrees.
+        /// Soundings further out are not used, degrees; by the angles of the beams beside them in the ping, so that noise does not choose.
         max_angle_deg: f64 = or (65.0), Kind::Number(limits(5.0, 90.0, "degrees from 5 to 90"));
         /// Rows of a CSV with impossible values: an error, or up to 5 % of them left out and counted; error.
         #[serde(skip_serializing_if = "Invalid::is_usual")]
