@@ -18,7 +18,7 @@ pub use laser::{LaserCoordinates, LaserNoise, LaserScan};
 pub use rail::{
     AttitudeNoise, AttitudeRecord, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord,
 };
-pub use rig::{Mounting, MountingSigma};
+pub use rig::{ArrayMountings, Mounting, MountingSigma};
 pub use sound_speed::{SoundSpeed, SoundSpeedProfile};
 pub use soundings::{SonarNoise, SoundingRange, Soundings};
 pub use struck::{NO_FACE, Struck};

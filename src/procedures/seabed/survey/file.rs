@@ -2,10 +2,11 @@
 
 use super::super::config::{JointSettings, SeabedConfig};
 use super::super::reference::ReferenceConfig;
-use super::super::scene::{Arrays, Head, InsNoise, Line, Priors, SonarNoise};
+use super::super::scene::{Head, InsNoise, Line, Priors, SonarNoise};
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
+use crate::observe::ArrayMountings;
 use crate::survey::limits::{ABOVE, DURATION, ELLIPSOID, INVALID, Limits, limits};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
@@ -227,7 +228,7 @@ impl Place {
     fn head(&self, two: bool) -> Head {
         let (arm_m, angles) = (self.arm_m, self.angles);
         let receiver_arm_m = arm_m.1.unwrap_or(arm_m.0);
-        let arrays = Arrays {
+        let arrays = ArrayMountings {
             transmitter: angles.0.mounting(arm_m.0),
             receiver: angles.1.unwrap_or(angles.0).mounting(receiver_arm_m),
         };
