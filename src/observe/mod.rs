@@ -20,7 +20,7 @@ pub use rail::{
 };
 pub use rig::{ArrayMountings, Mounting, MountingSigma};
 pub use sound_speed::{SoundSpeed, SoundSpeedProfile};
-pub use soundings::{SonarNoise, SoundingRange, Soundings};
+pub use soundings::{SonarNoise, SoundingArrays, SoundingRange, Soundings};
 pub use struck::{NO_FACE, Struck};
 pub use trajectory::{
     GeodeticTrajectory, Outside, PoseSample, PositionInterpolation, Trajectory, TrajectoryError,

@@ -17,6 +17,9 @@ pub(crate) struct Clock {
     pub(crate) words: String,
 }
 
+/// What LAS takes off GPS seconds, seconds.
+const ADJUSTED_S: f64 = 1e9;
+
 /// What a section of the survey file says of a file's times.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Named<'s> {
@@ -77,6 +80,11 @@ impl Clock {
             _ if unit_s == 0.0 => 0.0,
             Some(week) if unit_s == utc::WEEK_S => utc::from_gps_week(week, 0.0),
             _ => begin_s(times_s, observed, (unit_s, epoch_s), behind_s),
+        };
+        let begin_s = if named == "gps-adjusted" {
+            utc::GPS_EPOCH_S + ADJUSTED_S
+        } else {
+            begin_s
         };
         let words = if unit_s == 0.0 {
             format!("times of the {}: {named}, {behind_s} s taken off", t.of)

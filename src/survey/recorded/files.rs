@@ -1,6 +1,6 @@
 //! The recorder files that a survey file names, read together.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::formats::recorder::table;
 use crate::recorders::Observed;
@@ -69,10 +69,10 @@ fn in_folder(
 ///
 /// # Errors
 /// [`SurveyError`] with every file that cannot be read or has no soundings of its own.
-pub(crate) fn read(folder: &Path, names: &[String]) -> Result<Observed, SurveyError> {
+pub(crate) fn read_all(paths: &[PathBuf]) -> Result<Observed, SurveyError> {
     let (mut observed, mut problems) = (Observed::default(), vec![]);
-    for name in names {
-        if let Err(error) = observed.read(&folder.join(name)) {
+    for path in paths {
+        if let Err(error) = observed.read(path) {
             problems.push(Problem::from(error));
         }
     }

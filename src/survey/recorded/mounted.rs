@@ -143,7 +143,8 @@ fn note_difference(notes: &mut Vec<String>, key: &str, own: [f64; 3], theirs: [f
     }
 }
 
-fn arm_of(mounting: &Mounting) -> [f64; 3] {
+/// The lever arm (right, forward, up), metres.
+pub(crate) fn arm_of(mounting: &Mounting) -> [f64; 3] {
     // free of the rounding noise of sums and minus zero
     mounting
         .lever_arm_m
@@ -151,7 +152,8 @@ fn arm_of(mounting: &Mounting) -> [f64; 3] {
         .into()
 }
 
-fn angles_of(mounting: &Mounting) -> MountingAngles {
+/// The angles, degrees.
+pub(crate) fn angles_of(mounting: &Mounting) -> MountingAngles {
     let (roll, pitch, heading) = mounting.angles();
     let [roll, pitch, heading] =
         [roll, pitch, heading].map(|angle| (1e9 * degrees(angle)).round() / 1e9 + 0.0);

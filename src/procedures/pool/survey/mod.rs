@@ -5,9 +5,11 @@
 pub mod arrays;
 pub mod claims;
 pub mod file;
+pub(super) mod from_files;
 pub(crate) mod keys;
 pub mod load;
 mod observations;
+mod recorded;
 mod rules;
 pub mod scenario;
 pub mod write;

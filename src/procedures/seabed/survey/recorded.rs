@@ -14,7 +14,7 @@ use crate::recorders::observed::ObservedFile;
 use crate::recorders::{Heights, Navigation, Observed};
 use crate::stats::Moments;
 use crate::survey::problem::{Problem, SurveyError, none_of};
-use crate::survey::recorded::files::{losses, read};
+use crate::survey::recorded::files::{losses, read_all};
 use crate::survey::recorded::mounted::{self, OfFile, installation};
 use crate::survey::recorded::navigation;
 use crate::units::degrees;
@@ -47,7 +47,8 @@ pub(super) fn load(
     names: Vec<String>,
 ) -> Result<FromRecorders, SurveyError> {
     let (mut file, given) = filled::draft(path, text, folder, &names)?;
-    let mut observed = read(folder, &names)?;
+    let paths: Vec<PathBuf> = names.iter().map(|name| folder.join(name)).collect();
+    let mut observed = read_all(&paths)?;
     let (chosen, said) = heads::of_recorders(path, &mut file, &observed)?;
     let mut notes = losses(&observed);
     notes.extend(said);
@@ -64,7 +65,6 @@ pub(super) fn load(
     let (drift, said) = accuracies.unzip();
     notes.extend(said);
     let external = external::read(&file, folder, &observed)?;
-    let paths: Vec<PathBuf> = names.iter().map(|name| folder.join(name)).collect();
     none_of(lines(path, &mut file, &given, &names, &observed))?;
     let navigation = match external {
         Some(External { records, notes }) => Navigation { records, notes },
@@ -221,10 +221,7 @@ fn casts(
     if let Some(profile) = &file.sound_speed.profile {
         return Ok(vec![(None, sound_speed_csv::read(&folder.join(profile))?)]);
     }
-    let usable = |p: &&Profile| p.depth_m.len() >= 2;
-    let mut all: Vec<&Profile> = observed.recorded.profiles.iter().filter(usable).collect();
-    all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
-    all.dedup_by(|b, a| a.depth_m == b.depth_m && a.speed_m_s == b.speed_m_s);
+    let all = observed.recorded.casts();
     if all.is_empty() {
         let of = first_of(paths);
         let expected = "a CSV with depth_m, sound_speed_m_s as [sound_speed] profile";
