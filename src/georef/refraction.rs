@@ -39,7 +39,7 @@ impl Water {
     /// [`RayError::Profile`] when the speed or the profile cannot be used.
     pub fn new(speed: &SoundSpeed, level_m: f64) -> Result<Self, RayError> {
         let speed = match speed {
-            SoundSpeed::Profile(profile) => Speed::Layers(Layers::new(profile)?),
+            SoundSpeed::Profile(profile) => Speed::Layers(Layers::new(profile)?.open()),
             SoundSpeed::Constant(c) if *c > 0.0 && c.is_finite() => Speed::Constant(*c),
             SoundSpeed::Constant(c) => {
                 return Err(RayError::Profile {
@@ -61,7 +61,7 @@ impl Water {
     /// refraction must be computed anew.
     ///
     /// # Errors
-    /// [`RayError`] when the transducer is not in the water (profiles only), the time is not positive, or the ray meets the surface.
+    /// [`RayError`] when the transducer is not in the water (profiles only), or the time is not positive.
     pub fn refract(
         &self,
         launch: &Launch,

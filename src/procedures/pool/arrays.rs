@@ -43,7 +43,8 @@ impl Aimed {
         )?;
         let launch = (aim.direction, head_speed_m_s);
         let water = scene.water.as_ref()?;
-        let chord_m = water.chord(aim.transducer_m.z, launch, one_way_s).ok()?;
+        let way_s = one_way_s * aim.stretch();
+        let chord_m = water.chord(aim.transducer_m.z, launch, way_s).ok()?;
         let end_m = aim.transducer_m + chord_m - pose.position_m;
         Some(Self {
             reach_m: pose.rotation.tr_mul(&end_m) - mounting.lever_arm_m,

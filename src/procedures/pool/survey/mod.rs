@@ -4,6 +4,7 @@
 
 pub mod arrays;
 pub mod claims;
+mod export;
 pub mod file;
 pub(super) mod from_files;
 pub(crate) mod keys;
