@@ -38,7 +38,7 @@ pub(super) fn sound(
                     sonar.ping(ping, epoch_s, &SensorPose::new(&body, &reality.sonar));
                 }
                 Some(arrays) => {
-                    sonar.ping_of_arrays(ping, epoch_s, arrays, |t| motion.pose(leg, t))
+                    sonar.ping_of_arrays(ping, epoch_s, arrays, |t| motion.pose(leg, t));
                 }
             }
             ping += 1;

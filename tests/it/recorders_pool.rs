@@ -204,7 +204,7 @@ fn what_a_pool_survey_lacks_is_said_with_what_supplies_it() {
                     f,
                     "path = \"trajectory.csv\"",
                     "path = \"trajectory.csv\"\ntime = \"utc-day\"",
-                )
+                );
             },
             ["soundings of a CSV", "this key with recorder files only"],
         ),
@@ -215,9 +215,12 @@ fn what_a_pool_survey_lacks_is_said_with_what_supplies_it() {
                     f,
                     "path = \"soundings.all\"",
                     "path = \"soundings.all\"\ninvalid = \"drop\"",
-                )
+                );
             },
-            ["multibeam.invalid: found recorder files", "with a CSV only"],
+            [
+                "[multibeam] invalid: found recorder files",
+                "with a CSV only",
+            ],
         ),
     ];
     for (k, (format, change, expected)) in cases.into_iter().enumerate() {

@@ -184,7 +184,8 @@ impl<'a> Scene<'a> {
         Some(rotation * self.campaign.laser.point(j) + offset)
     }
 
-    /// Beam of sounding `k`: as observed where ranges or one sound speed are given, after refraction through a profile otherwise.
+    /// Beam of sounding `k`: as observed where ranges or one sound speed are given, after refraction through a profile otherwise; of two
+    /// arrays the beam of the mounting that stands for both.
     #[must_use]
     pub fn beam(&self, k: usize, pose: &PoseSample, mounting: &Mounting) -> Option<Beam> {
         let s = &self.campaign.soundings;
