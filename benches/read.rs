@@ -12,7 +12,7 @@ use std::path::Path;
 
 use boresight::formats::Invalid;
 use boresight::formats::las::PointColumns;
-use boresight::formats::recorder::{BeamSample, OwnPoint, Ping, Sector, Solution};
+use boresight::formats::recorder::{BeamSample, OwnPoint, Ping, Sector, Sink, Solution, table};
 use boresight::formats::{
     kmall, kongsberg_all, las, laser_csv, sbet, soundings_csv, trajectory_csv,
 };
@@ -200,15 +200,59 @@ fn recorder(bencher: Bencher<'_, '_>, extension: &str, bytes: &[u8]) {
 
 #[divan::bench]
 fn pings_from_all(bencher: Bencher<'_, '_>) {
-    let mut writer = kongsberg_all::write::Writer::new(vec![], 2040, 1);
-    for ping in pings() {
-        writer.ping(&ping).expect("written");
-    }
-    recorder(bencher, "all", &writer.into_inner());
+    recorder(bencher, "all", &all());
 }
 
 #[divan::bench]
 fn pings_from_kmall(bencher: Bencher<'_, '_>) {
+    recorder(bencher, "kmall", &kmall());
+}
+
+/// Counts the beams that a decoder hands over, and keeps nothing.
+#[derive(Default)]
+struct Counted(usize);
+
+impl Sink for Counted {
+    fn ping(&mut self, ping: &Ping) {
+        self.0 += ping.beams.len();
+    }
+}
+
+/// Times the decoder alone over a file of some hundred megabytes, with one record in memory at a time.
+fn decoder(bencher: Bencher<'_, '_>, extension: &str, bytes: &[u8], times: usize) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join(format!("long.{extension}"));
+    std::fs::write(&file, bytes.repeat(times)).expect("written");
+    let decode = || {
+        let mut counted = Counted::default();
+        table::read(&file, &mut counted).map_or(0, |_| counted.0)
+    };
+    assert_eq!(decode(), times * ROWS);
+    bencher
+        .counter(ItemsCount::new(times * ROWS))
+        .counter(BytesCount::new(times * bytes.len()))
+        .bench(decode);
+}
+
+#[divan::bench(sample_count = 10)]
+fn decoder_of_all(bencher: Bencher<'_, '_>) {
+    decoder(bencher, "all", &all(), 64);
+}
+
+#[divan::bench(sample_count = 10)]
+fn decoder_of_kmall(bencher: Bencher<'_, '_>) {
+    decoder(bencher, "kmall", &kmall(), 8);
+}
+
+fn all() -> Vec<u8> {
+    let mut writer = kongsberg_all::write::Writer::new(vec![], 2040, 1);
+    for ping in pings() {
+        writer.ping(&ping).expect("written");
+    }
+    writer.into_inner()
+}
+
+fn kmall() -> Vec<u8> {
     let mut writer = kmall::write::Writer::new(vec![], 2040);
     for ping in pings() {
         let own = Solution {
@@ -220,5 +264,5 @@ fn pings_from_kmall(bencher: Bencher<'_, '_>) {
         };
         writer.ping(&ping, &own).expect("written");
     }
-    recorder(bencher, "kmall", &writer.into_inner());
+    writer.into_inner()
 }

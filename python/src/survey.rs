@@ -600,6 +600,7 @@ fn soundings(given: &Given<'_, '_>) -> PyResult<Soundings> {
             across_rad,
             along_rad,
         },
+        arrays: None,
     })
 }
 

@@ -171,7 +171,7 @@ impl SoundingRecords {
         heads_of(&self.head)
     }
 
-    /// With what the file does not say.
+    /// With what the file does not say. How two arrays are mounted is left to the caller.
     #[must_use]
     pub fn into_soundings(self, noise: SonarNoise) -> Soundings {
         Soundings {
@@ -182,6 +182,7 @@ impl SoundingRecords {
             along_rad: self.along_rad,
             range: self.range,
             noise,
+            arrays: None,
         }
     }
 }

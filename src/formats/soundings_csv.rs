@@ -15,7 +15,7 @@ use super::records::{ArrayColumns, SoundingRecords};
 use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
-use crate::observe::{SonarNoise, SoundingRange, Soundings};
+use crate::observe::{SonarNoise, SoundingArrays, SoundingRange, Soundings};
 use crate::units::{degrees, radians};
 
 // LAYOUT
@@ -262,7 +262,29 @@ pub fn write(path: &Path, soundings: &Soundings) -> Result<(), FormatError> {
 /// # Errors
 /// Those of `out`.
 pub fn write_to(out: &mut impl Write, soundings: &Soundings) -> std::io::Result<()> {
+    if let Some(arrays) = &soundings.arrays {
+        return write_arrays_to(out, &columns(soundings, arrays));
+    }
     rows_to(out, soundings, &[])
+}
+
+/// Soundings of two arrays, whose times are those of transmission, as a file's columns.
+fn columns(soundings: &Soundings, arrays: &SoundingArrays) -> SoundingRecords {
+    let head_speed_m_s = arrays.head_speed_m_s.iter().map(|speed| f64::from(*speed));
+    SoundingRecords {
+        time_s: soundings.time_s.clone(),
+        ping: soundings.ping.clone(),
+        beam: soundings.beam.clone(),
+        across_rad: soundings.across_rad.clone(),
+        along_rad: soundings.along_rad.clone(),
+        range: soundings.range.clone(),
+        arrays: Some(ArrayColumns {
+            delay_s: vec![0.0; soundings.len()],
+            head_speed_m_s: head_speed_m_s.collect(),
+        }),
+        head: vec![],
+        notes: vec![],
+    }
 }
 
 /// What stands behind the last column of a row, or of the header: the head, where the file has several.

@@ -15,7 +15,7 @@ pub use equation::{NormalPartials, along_normal, georeference};
 pub use localise::{Localised, local_trajectory};
 pub use rays::{Layers, RayEnd, RayError};
 pub use refraction::{Launch, Water};
-pub use two_arrays::{ArrayPair, ConePartials};
+pub use two_arrays::{ArrayAim, ArrayPair, ConePartials};
 
 /// Compiles the code of the method page.
 #[cfg(doctest)]

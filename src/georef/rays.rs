@@ -67,6 +67,8 @@ struct Layer {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layers {
     layers: Vec<Layer>,
+    /// Whether the uppermost layer goes on above the water.
+    open: bool,
 }
 
 /// Where a ray ends, seen from its beginning.
@@ -134,7 +136,15 @@ impl Layers {
         }
         Ok(Self {
             layers: layers(depth, speed),
+            open: false,
         })
+    }
+
+    /// The same, but the uppermost layer goes on above the water: a ray that comes to the surface ends where it would in more water. For an
+    /// adjustment, whose beams may stand a little off on the way.
+    #[must_use]
+    pub fn open(self) -> Self {
+        Self { open: true, ..self }
     }
 
     /// Sound speed at a depth, metres per second.
@@ -259,6 +269,9 @@ impl Layers {
 
     /// Depth and speed where a ray leaves the layer downwards or upwards.
     fn edge(&self, index: usize, down: bool) -> (f64, f64) {
+        if !down && index == 0 && self.open {
+            return (f64::NEG_INFINITY, self.layers[index].speed_m_s);
+        }
         if !down {
             return (self.layers[index].top_m, self.layers[index].speed_m_s);
         }

@@ -39,7 +39,7 @@ impl Water {
     /// [`RayError::Profile`] when the speed or the profile cannot be used.
     pub fn new(speed: &SoundSpeed, level_m: f64) -> Result<Self, RayError> {
         let speed = match speed {
-            SoundSpeed::Profile(profile) => Speed::Layers(Layers::new(profile)?),
+            SoundSpeed::Profile(profile) => Speed::Layers(Layers::new(profile)?.open()),
             SoundSpeed::Constant(c) if *c > 0.0 && c.is_finite() => Speed::Constant(*c),
             SoundSpeed::Constant(c) => {
                 return Err(RayError::Profile {
@@ -61,7 +61,7 @@ impl Water {
     /// refraction must be computed anew.
     ///
     /// # Errors
-    /// [`RayError`] when the transducer is not in the water (profiles only), the time is not positive, or the ray meets the surface.
+    /// [`RayError`] when the transducer is not in the water (profiles only), or the time is not positive.
     pub fn refract(
         &self,
         launch: &Launch,
@@ -71,6 +71,34 @@ impl Water {
         match &self.speed {
             Speed::Constant(c) => straight(launch, *c),
             Speed::Layers(layers) => self.bent(layers, launch, pose, mounting),
+        }
+    }
+
+    /// The straight line from a transducer to where the ray ends that leaves it in `direction` (unit vector, z up) for `one_way_s`
+    /// seconds, metres; `height_m` is the transducer's in the target frame, `head_speed_m_s` what the beam former used, 0 for the water's.
+    ///
+    /// # Errors
+    /// As [`Layers::chord`].
+    pub fn chord(
+        &self,
+        height_m: f64,
+        (direction, head_speed_m_s): (Vector3<f64>, f64),
+        one_way_s: f64,
+    ) -> Result<Vector3<f64>, RayError> {
+        let depth_m = self.level_m - height_m;
+        let or = |own_m_s: f64| {
+            if head_speed_m_s > 0.0 {
+                head_speed_m_s
+            } else {
+                own_m_s
+            }
+        };
+        match &self.speed {
+            Speed::Constant(c) => refracted(&direction, *c / or(*c), *c * one_way_s),
+            Speed::Layers(layers) => {
+                let head = or(layers.speed_m_s(depth_m.max(0.0)));
+                layers.chord(depth_m, (direction, head), one_way_s)
+            }
         }
     }
 
@@ -94,6 +122,16 @@ impl Water {
         let chord = Vector3::new(direction.x * stretch, direction.y * stretch, -end.descent_m);
         Ok(Beam::from_vector(&target_from_sensor.tr_mul(&chord)))
     }
+}
+
+/// A straight ray of a length whose sine from the vertical is that of `direction` times `by`, in the same vertical plane.
+fn refracted(direction: &Vector3<f64>, by: f64, length_m: f64) -> Result<Vector3<f64>, RayError> {
+    let sine = math::hypot(direction.x, direction.y) * by;
+    if !(sine < 1.0 && length_m.is_finite()) {
+        return Err(RayError::Direction);
+    }
+    let cosine = (1.0 - sine * sine).sqrt().copysign(direction.z);
+    Ok(Vector3::new(direction.x * by, direction.y * by, cosine) * length_m)
 }
 
 fn straight_direction(launch: &Launch) -> Vector3<f64> {

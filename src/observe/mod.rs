@@ -18,9 +18,9 @@ pub use laser::{LaserCoordinates, LaserNoise, LaserScan};
 pub use rail::{
     AttitudeNoise, AttitudeRecord, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord,
 };
-pub use rig::{Mounting, MountingSigma};
+pub use rig::{ArrayMountings, Mounting, MountingSigma};
 pub use sound_speed::{SoundSpeed, SoundSpeedProfile};
-pub use soundings::{SonarNoise, SoundingRange, Soundings};
+pub use soundings::{SonarNoise, SoundingArrays, SoundingRange, Soundings};
 pub use struck::{NO_FACE, Struck};
 pub use trajectory::{
     GeodeticTrajectory, Outside, PoseSample, PositionInterpolation, Trajectory, TrajectoryError,

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::{Body, Pose, frames::Frame, rotation};
+use crate::math;
 
 /// Mounting of a sensor: rotation from the sensor frame into the body, and the lever arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +63,49 @@ impl Mounting {
     #[must_use]
     pub fn correction_from(&self, nominal: &Self) -> Vector3<f64> {
         rotation::log(&(self.rotation * nominal.rotation.transpose()))
+    }
+}
+
+/// Mountings of a transmit and a receive array that stand each on its own. Of their soundings the angle along is the tilt of the
+/// transmitted cone, the angle across that against the receive array, the time that of transmission.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArrayMountings {
+    /// The transmit array.
+    pub transmitter: Mounting,
+    /// The receive array.
+    pub receiver: Mounting,
+}
+
+impl ArrayMountings {
+    /// One mounting for both: roll of the receive array, the rest of the transmit array; the receive array's where one of the two is
+    /// built in the other way round.
+    #[must_use]
+    pub fn together(&self) -> Mounting {
+        let (transmitter, receiver) = (&self.transmitter, &self.receiver);
+        let ((_, pitch, heading), (roll, _, other)) = (transmitter.angles(), receiver.angles());
+        if math::cos(heading - other) < 0.0 {
+            return Mounting {
+                rotation: receiver.rotation,
+                ..*transmitter
+            };
+        }
+        Mounting::from_angles(roll, pitch, heading, transmitter.lever_arm_m)
+    }
+
+    /// Both arrays moved as a mounting has moved from its nominal place: one correction of the angles and one of the lever arm serves
+    /// both.
+    #[must_use]
+    pub fn moved(&self, nominal: &Mounting, mounting: &Mounting) -> Self {
+        let turn = mounting.rotation * nominal.rotation.transpose();
+        let shift_m = mounting.lever_arm_m - nominal.lever_arm_m;
+        let moved = |array: &Mounting| Mounting {
+            rotation: turn * array.rotation,
+            lever_arm_m: array.lever_arm_m + shift_m,
+        };
+        Self {
+            transmitter: moved(&self.transmitter),
+            receiver: moved(&self.receiver),
+        }
     }
 }
 

@@ -285,6 +285,14 @@ impl Trajectory {
             weight_before: 1.0 - f,
         })
     }
+
+    /// The time of a pose of this trajectory, seconds.
+    #[must_use]
+    pub fn time_of(&self, pose: &PoseSample) -> f64 {
+        let k = pose.record as usize;
+        let (before_s, after_s) = (self.time_s[k], self.time_s[k + 1]);
+        before_s + (after_s - before_s) * (1.0 - pose.weight_before)
+    }
 }
 
 /// A table of the record at the begin of evenly spaced slots, so that looking up a time costs a step or two.

@@ -88,6 +88,16 @@ impl Recorded {
         Trajectory::new(time_s, nowhere, matrices, None, max_gap_s)
     }
 
+    /// The sound-speed profiles of at least two depths in order of time, each once.
+    #[must_use]
+    pub fn casts(&self) -> Vec<&Profile> {
+        let usable = |p: &&Profile| p.depth_m.len() >= 2;
+        let mut all: Vec<&Profile> = self.profiles.iter().filter(usable).collect();
+        all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        all.dedup_by(|b, a| a.depth_m == b.depth_m && a.speed_m_s == b.speed_m_s);
+        all
+    }
+
     /// The motion sensor's mounting, turned round, where the recorded attitude is the sensor's own.
     fn sensor_from_body(&self) -> Matrix3<f64> {
         let raw = self.installations.iter().find(|i| !i.attitude_is_turned);

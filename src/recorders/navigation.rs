@@ -29,6 +29,8 @@ pub struct Wanted {
     pub max_gap_s: f64,
     /// Ellipsoid of the positions.
     pub ellipsoid: Ellipsoid,
+    /// Whether [`Heights::Heave`] would do as well, for what is said where no position has a height.
+    pub heave_serves: bool,
 }
 
 /// What navigation lacks, and what would supply it.
@@ -109,7 +111,7 @@ fn missing(recorded: &Recorded, wanted: &Wanted) -> Vec<Lacking> {
     {
         let what = "heights above the ellipsoid (no position states one)";
         let by = "an SBET as [trajectory] path, or [trajectory] heights = \"heave\": heave above the water level, the tide in line_height_sigma_m";
-        all.push(lacking(what, by));
+        all.push(lacking(what, if wanted.heave_serves { by } else { other }));
     }
     if wanted.heights == Heights::Heave && recorded.attitude.iter().all(|a| a.heave_m.is_none()) {
         all.push(lacking("heave", "[trajectory] heights = \"ellipsoid\""));

@@ -97,6 +97,16 @@ impl Scenario {
             ),
             None => {}
         }
+        let one = self
+            .sound_speed
+            .as_ref()
+            .is_some_and(|w| w.speed_m_s.is_some());
+        if self.multibeam.arrays.is_some() && !one {
+            faults.0.push(
+                "[sound_speed] speed_m_s not found, expected one because multibeam.arrays (or a recorder's file as multibeam.path) is simulated in water of one speed"
+                    .to_owned(),
+            );
+        }
     }
 
     /// Deepest place that a ray of the multibeam can come to, metres below the water level: from its deepest stand straight down.
@@ -341,6 +351,21 @@ impl Multibeam {
             self.from_deg + 360.0,
         );
         faults.range("multibeam.max_range_m", self.max_range_m, 0.5, 10_000.0);
+        if let Some(arrays) = &self.arrays {
+            let sectors = f64::from(arrays.sectors);
+            faults.range("multibeam.arrays.sectors", sectors, 1.0, 9.0);
+            let tilt = arrays.sector_tilt_deg;
+            faults.range("multibeam.arrays.sector_tilt_deg", tilt, -10.0, 10.0);
+            let delay_s = arrays.sector_delay_s;
+            faults.range("multibeam.arrays.sector_delay_s", delay_s, 0.0, 0.1);
+            let offset_m = &arrays.receiver_offset_m;
+            faults.ranges(
+                "multibeam.arrays.receiver_offset_m",
+                offset_m,
+                -100.0,
+                100.0,
+            );
+        }
     }
 }
 

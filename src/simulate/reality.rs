@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::scenario::{Angles, Scenario, Turn, Water};
+use super::scenario::{Scenario, Turn, Water};
 use super::sources::Source;
 use super::switches::Draws;
 use crate::geometry::{ellipsoid::TargetPose, rotation};
@@ -40,11 +40,8 @@ impl Reality {
     pub fn draw(scenario: &Scenario, design: &Target, seed: u64) -> Self {
         let draws = |source| Draws::new(seed, source, &scenario.sources);
         let truth = &scenario.truth;
-        let nominal_sonar = mounting(
-            &scenario.multibeam.mounting_deg,
-            scenario.multibeam.lever_arm_m,
-        );
-        let nominal_scanner = mounting(&scenario.lidar.mounting_deg, scenario.lidar.lever_arm_m);
+        let (nominal_sonar, lidar) = (scenario.multibeam.nominal(), &scenario.lidar);
+        let nominal_scanner = lidar.mounting_deg.mounting(lidar.lever_arm_m);
         let target = scenario.target.pose();
         let mut latency = draws(Source::Latency);
         let mut speed = draws(Source::SoundSpeed);
@@ -75,11 +72,6 @@ impl Reality {
                 .and_then(|w| true_water(w, range_scale, gradient_1_s, scenario.deepest_m())),
         }
     }
-}
-
-fn mounting(angles: &Angles, lever_arm_m: [f64; 3]) -> Mounting {
-    let [roll, pitch, heading] = [angles.roll, angles.pitch, angles.heading].map(f64::to_radians);
-    Mounting::from_angles(roll, pitch, heading, Vector3::from(lever_arm_m))
 }
 
 fn turn(turn: &Turn) -> Vector3<f64> {

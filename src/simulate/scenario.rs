@@ -2,6 +2,7 @@
 //!
 //! Angles in degrees, lengths in metres, times in seconds; angles of mountings and corrections as in the conventions page.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use toml::de::{DeTable, Deserializer};
 
@@ -9,6 +10,7 @@ use super::motion::MotionModel;
 use super::sources::Sources;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::{Ellipsoid, Geodetic};
+use crate::observe::{ArrayMountings, Mounting};
 use crate::target::TargetModel;
 
 /// A scenario: the truth and everything that stands between it and the observations.
@@ -286,6 +288,86 @@ pub struct Multibeam {
     /// What is recorded.
     #[serde(default)]
     pub records: Recorded,
+    /// A transmit and a receive array instead of one head: what is sent at one moment is heard at another, and travel times are
+    /// recorded. Recorder files have it always.
+    #[serde(default)]
+    pub arrays: Option<Arrays>,
+}
+
+/// `[multibeam.arrays]`: the transmit array has the lever arm and the mounting of the section above.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Arrays {
+    /// Nominal mounting of the receive array, degrees; that of the transmit array where it is not given.
+    #[serde(default)]
+    pub receiver_mounting_deg: Option<Angles>,
+    /// From the transmit to the receive array in the body, metres.
+    #[serde(default)]
+    pub receiver_offset_m: [f64; 3],
+    /// Transmit sectors of a swath.
+    #[serde(default = "single")]
+    pub sectors: u32,
+    /// Tilt from one sector to the next, degrees.
+    #[serde(default)]
+    pub sector_tilt_deg: f64,
+    /// Delay from one sector to the next, seconds.
+    #[serde(default)]
+    pub sector_delay_s: f64,
+}
+
+impl Default for Arrays {
+    fn default() -> Self {
+        Self {
+            receiver_mounting_deg: None,
+            receiver_offset_m: [0.0; 3],
+            sectors: 1,
+            sector_tilt_deg: 0.0,
+            sector_delay_s: 0.0,
+        }
+    }
+}
+
+impl Arrays {
+    /// Tilt (radians) and delay (seconds) of a sector.
+    #[must_use]
+    pub fn sector(&self, number: u32) -> (f64, f64) {
+        let from_middle = f64::from(number) - 0.5 * f64::from(self.sectors - 1);
+        (
+            (from_middle * self.sector_tilt_deg).to_radians(),
+            f64::from(number) * self.sector_delay_s,
+        )
+    }
+}
+
+impl Angles {
+    /// The mounting with these angles and a lever arm (metres).
+    #[must_use]
+    pub fn mounting(&self, lever_arm_m: [f64; 3]) -> Mounting {
+        let [roll, pitch, heading] = [self.roll, self.pitch, self.heading].map(f64::to_radians);
+        Mounting::from_angles(roll, pitch, heading, Vector3::from(lever_arm_m))
+    }
+}
+
+impl Multibeam {
+    /// Nominal mountings of the two arrays, where there are two.
+    #[must_use]
+    pub fn array_mountings(&self) -> Option<ArrayMountings> {
+        let arrays = self.arrays?;
+        let receiver = arrays.receiver_mounting_deg.unwrap_or(self.mounting_deg);
+        let arm_m = |k: usize| self.lever_arm_m[k] + arrays.receiver_offset_m[k];
+        Some(ArrayMountings {
+            transmitter: self.mounting_deg.mounting(self.lever_arm_m),
+            receiver: receiver.mounting(std::array::from_fn(arm_m)),
+        })
+    }
+
+    /// The nominal mounting; of two arrays the one that stands for both.
+    #[must_use]
+    pub fn nominal(&self) -> Mounting {
+        let arrays = self.array_mountings();
+        let alone = || self.mounting_deg.mounting(self.lever_arm_m);
+        arrays.map_or_else(alone, |arrays| arrays.together())
+    }
 }
 
 /// The water as the survey knows it, and what it does not know.
@@ -424,6 +506,9 @@ pub fn complaint(message: &str) -> String {
 }
 
 fn one() -> u64 {
+    1
+}
+fn single() -> u32 {
     1
 }
 fn unit() -> f64 {

@@ -1,7 +1,8 @@
 //! Soundings: every ping's beams cast from the true pose at its epoch, then recorded with the multibeam's errors.
 
+use super::arrays::{Shot, TwoArrays};
 use super::fan::{Candidate, Fan, SensorPose, Slack};
-use super::motion::Motion;
+use super::motion::{BodyPose, Motion};
 use super::reality::Reality;
 use super::refraction::{self, Path};
 use super::scenario::{Disturbance, Recorded, Scenario};
@@ -9,7 +10,7 @@ use super::scene::{Hit, Ray, Scene, Surface};
 use super::sources::Source;
 use super::spoil::{Spoiler, Taken};
 use super::switches::Draws;
-use crate::observe::{NO_FACE, SonarNoise, SoundingRange, Soundings};
+use crate::observe::{NO_FACE, SonarNoise, SoundingArrays, SoundingRange, Soundings};
 
 /// Echoes nearer than this are not recorded, metres.
 pub(super) const BLANKING_M: f64 = 0.3;
@@ -23,6 +24,7 @@ pub(super) fn sound(
     seed: u64,
 ) -> (Soundings, Vec<u16>) {
     let mut sonar = Sonar::new(scenario, reality, scene, seed);
+    let arrays = TwoArrays::new(scenario, reality);
     let mut ping = 0;
     for leg in motion.legs() {
         for k in 0_u32.. {
@@ -30,8 +32,15 @@ pub(super) fn sound(
             if epoch_s >= leg.end_s - 1e-9 {
                 break;
             }
-            let body = motion.pose(leg, epoch_s);
-            sonar.ping(ping, epoch_s, &SensorPose::new(&body, &reality.sonar));
+            match &arrays {
+                None => {
+                    let body = motion.pose(leg, epoch_s);
+                    sonar.ping(ping, epoch_s, &SensorPose::new(&body, &reality.sonar));
+                }
+                Some(arrays) => {
+                    sonar.ping_of_arrays(ping, epoch_s, arrays, |t| motion.pose(leg, t));
+                }
+            }
             ping += 1;
         }
     }
@@ -91,7 +100,8 @@ impl<'a> Sonar<'a> {
         }
     }
 
-    fn ping(&mut self, ping: u32, epoch_s: f64, pose: &SensorPose) {
+    /// Goes to the beginning of a ping in every random stream.
+    fn seek(&mut self, ping: u32) {
         for draws in [
             &mut self.range,
             &mut self.across,
@@ -101,8 +111,16 @@ impl<'a> Sonar<'a> {
             draws.seek(u64::from(ping));
         }
         self.spoiler.seek(u64::from(ping));
-        let jitter_s = self.jitter.normal(self.scenario.truth.latency_jitter_s);
-        let stamp_s = epoch_s + self.reality.latency_s + jitter_s;
+    }
+
+    /// Stamp minus epoch of a ping, seconds.
+    fn late_s(&mut self) -> f64 {
+        self.reality.latency_s + self.jitter.normal(self.scenario.truth.latency_jitter_s)
+    }
+
+    fn ping(&mut self, ping: u32, epoch_s: f64, pose: &SensorPose) {
+        self.seek(ping);
+        let stamp_s = epoch_s + self.late_s();
         let mut candidates = std::mem::take(&mut self.candidates);
         self.fan
             .candidates(self.scene, pose, epoch_s, &self.slack, &mut candidates);
@@ -121,12 +139,8 @@ impl<'a> Sonar<'a> {
         pose: &SensorPose,
         candidates: &[Candidate],
     ) {
+        let (noise_m, across, along) = self.noise();
         let m = &self.scenario.multibeam;
-        let (noise_m, across, along) = (
-            self.range.normal(m.range_sigma_m),
-            self.across.normal(m.angle_sigma_deg.to_radians()),
-            self.along.normal(m.along_angle_sigma_deg.to_radians()),
-        );
         let across_rad = self.fan.angle_rad(beam) + std::f64::consts::FRAC_PI_2;
         let ray = pose.ray(self.fan.direction(beam));
         let echo = self.echo(&ray, epoch_s, beam, candidates);
@@ -147,6 +161,65 @@ impl<'a> Sonar<'a> {
             .across_rad
             .push(across_rad + across * self.growth(across_rad));
         self.out.along_rad.push(along);
+    }
+
+    /// Errors of one beam: range (metres), across and along angle (radians).
+    fn noise(&mut self) -> (f64, f64, f64) {
+        let m = &self.scenario.multibeam;
+        (
+            self.range.normal(m.range_sigma_m),
+            self.across.normal(m.angle_sigma_deg.to_radians()),
+            self.along.normal(m.along_angle_sigma_deg.to_radians()),
+        )
+    }
+
+    /// One ping of two arrays, whose stamps are of milliseconds as recorders write them; each sounding has the time of its transmission.
+    fn ping_of_arrays(
+        &mut self,
+        ping: u32,
+        epoch_s: f64,
+        arrays: &TwoArrays,
+        body: impl Fn(f64) -> BodyPose,
+    ) {
+        self.seek(ping);
+        let late_s = self.late_s();
+        let stamp_s = (1e3 * (epoch_s + late_s)).round() / 1e3;
+        for beam in 0..self.fan.len() {
+            let (noise_m, across, along) = self.noise();
+            let across_rad = self.fan.angle_rad(beam) + std::f64::consts::FRAC_PI_2;
+            let (tilt_rad, delay_s) = arrays.sector_of(beam, self.fan.len());
+            let shot = Shot {
+                sent_s: stamp_s - late_s + delay_s,
+                // what is recorded is the tilt as it was steered
+                tilt_rad: tilt_rad - along,
+                across_rad,
+            };
+            let heard = arrays.heard(self.scene, &shot, &body).filter(|heard| {
+                let level_m = self.scenario.target.water_level_m;
+                heard.point_m.z < level_m
+            });
+            let scale = 1.0 + self.reality.range_scale;
+            let hit = heard.as_ref().map(|h| (h.half_way_m / scale, h.cosine));
+            let most_m = self.scenario.multibeam.max_range_m;
+            let Some(Taken { range_m, own }) = self.spoiler.spoil(hit, most_m) else {
+                continue;
+            };
+            let Some(angle_rad) = heard.as_ref().map(|heard| heard.angle_rad) else {
+                continue;
+            };
+            if range_m < BLANKING_M || range_m > most_m {
+                continue;
+            }
+            let surface = heard.filter(|_| own).map(|heard| heard.surface);
+            self.struck.push(surface.map_or(NO_FACE, Surface::face));
+            self.measured_m.push(range_m + noise_m);
+            self.out.time_s.push(stamp_s + delay_s);
+            self.out.ping.push(ping);
+            self.out.beam.push(beam as u32);
+            let across = across * self.growth(across_rad);
+            self.out.across_rad.push(angle_rad + across);
+            self.out.along_rad.push(tilt_rad);
+        }
     }
 
     /// Measured range (metres, before noise) of the echo of a beam, the cosine at which it struck, and what.
@@ -190,7 +263,18 @@ impl<'a> Sonar<'a> {
 
     fn finish(mut self) -> (Soundings, Vec<u16>) {
         let speed = self.speed_m_s;
-        self.out.range = match self.scenario.multibeam.records {
+        let nominal = &self.reality.nominal_sonar;
+        let mountings = self.scenario.multibeam.array_mountings();
+        self.out.arrays = mountings.map(|mountings| SoundingArrays {
+            mountings,
+            nominal: *nominal,
+            head_speed_m_s: vec![speed as f32; self.out.time_s.len()],
+        });
+        let records = match mountings {
+            Some(_) => Recorded::TravelTime,
+            None => self.scenario.multibeam.records,
+        };
+        self.out.range = match records {
             Recorded::Range => SoundingRange::Metres(self.measured_m),
             Recorded::TravelTime => SoundingRange::TwoWayTravelTime(
                 self.measured_m.iter().map(|r| 2.0 * r / speed).collect(),
@@ -225,5 +309,6 @@ fn empty(scenario: &Scenario) -> Soundings {
             across_rad: m.angle_sigma_deg.to_radians(),
             along_rad: m.along_angle_sigma_deg.to_radians(),
         },
+        arrays: None,
     }
 }

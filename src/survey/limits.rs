@@ -40,3 +40,11 @@ pub const INVALID: Kind = Kind::OneOf(&["error", "drop"]);
 pub const OUTSIDE: Kind = Kind::OneOf(&["error", "drop"]);
 /// A speed of sound.
 pub const SPEED: Limits = crate::formats::sound_speed_csv::SPEED;
+/// What the times of a file beside the sounder's are.
+pub const TIMES: Kind = Kind::OneOf(&["utc", "gps", "gps-week", "utc-week", "gps-day", "utc-day"]);
+/// A GPS week.
+pub const WEEK: Kind = Kind::Count(limits(0.0, 10_000.0, "0 to 10000"));
+/// GPS minus UTC.
+pub const LEAP_S: Kind = Kind::Number(limits(0.0, 100.0, "seconds from 0 to 100"));
+/// The number of a sounder's head.
+pub const HEAD: Kind = Kind::Count(limits(0.0, 4.3e9, "0 to 4294967295"));

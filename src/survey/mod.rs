@@ -11,6 +11,7 @@ pub mod limits;
 pub mod problem;
 pub(crate) mod procedure;
 pub(crate) mod reading;
+pub(crate) mod recorded;
 pub(crate) mod scenario;
 pub mod schema;
 pub(crate) mod section;

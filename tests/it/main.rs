@@ -49,6 +49,8 @@ mod rail_parquet;
 mod ransac;
 mod rays;
 mod recorders_mutants;
+#[cfg(feature = "cli")]
+mod recorders_pool;
 mod recorders_real;
 #[cfg(feature = "cli")]
 mod recorders_survey;

@@ -13,7 +13,7 @@ use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::{Alternative, Tried};
 use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
 use crate::math;
-use crate::observe::{Campaign, LaserScan, SoundingRange, Soundings};
+use crate::observe::{Campaign, LaserScan, SoundingArrays, SoundingRange, Soundings};
 use crate::results::Finding;
 use crate::watch::{Silently, Watch};
 
@@ -536,5 +536,9 @@ fn thinned_soundings(soundings: &Soundings) -> Soundings {
             }
         },
         noise: soundings.noise,
+        arrays: soundings.arrays.as_ref().map(|arrays| SoundingArrays {
+            head_speed_m_s: every(&arrays.head_speed_m_s, count, SOUNDINGS),
+            ..arrays.clone()
+        }),
     }
 }

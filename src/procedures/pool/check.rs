@@ -1,11 +1,13 @@
 //! What a pool survey holds and what its geometry can and cannot determine, before anything is solved.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 
 use serde_json::{Value, json};
 
 use super::preview::{PassSpan, Predicted, Preview};
 use super::survey::LoadedSurvey;
+use super::survey::file::MultibeamSection;
 use crate::calibrate::seam::{Checked, looks_like};
 use crate::ruled::Ruled;
 use crate::survey::clock::Span;
@@ -51,7 +53,7 @@ fn data(survey: &LoadedSurvey) -> String {
         });
         table.row([
             row.name,
-            row.path,
+            &row.path,
             &row.count.to_string(),
             &row.dropped.to_string(),
             &first,
@@ -66,7 +68,7 @@ fn data(survey: &LoadedSurvey) -> String {
 
 struct Row<'s> {
     name: &'static str,
-    path: &'s str,
+    path: Cow<'s, str>,
     count: usize,
     dropped: usize,
     span: Option<Span>,
@@ -74,6 +76,8 @@ struct Row<'s> {
 
 fn rows(survey: &LoadedSurvey) -> [Row<'_>; 3] {
     let (file, campaign, counts) = (&survey.file, &survey.campaign, &survey.counts);
+    let own = "its own, of the recorder";
+    let of_trajectory = file.trajectory.path.as_deref().unwrap_or(own);
     let row = |name, path, count, dropped, time_s: &[f64]| Row {
         name,
         path,
@@ -84,26 +88,37 @@ fn rows(survey: &LoadedSurvey) -> [Row<'_>; 3] {
     [
         row(
             "trajectory",
-            &file.trajectory.path,
+            of_trajectory.into(),
             counts.trajectory,
             0,
             &campaign.trajectory.time_s,
         ),
         row(
             "laser returns",
-            &file.lidar.path,
+            file.lidar.path.as_str().into(),
             counts.laser,
             counts.laser_dropped,
             &campaign.laser.time_s,
         ),
         row(
             "soundings",
-            &file.multibeam.path,
+            soundings_named(&file.multibeam),
             counts.soundings,
             counts.soundings_dropped,
             &campaign.soundings.time_s,
         ),
     ]
+}
+
+/// The soundings' file, or the first of several.
+fn soundings_named(section: &MultibeamSection) -> Cow<'_, str> {
+    let others = section.paths.len().saturating_sub(1);
+    let first = section.path.as_ref().or(section.paths.first());
+    let first = first.map(String::as_str).unwrap_or_default();
+    match others {
+        0 => first.into(),
+        _ => format!("{first} and {others} more").into(),
+    }
 }
 
 fn geometry(preview: &Preview) -> String {

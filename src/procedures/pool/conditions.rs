@@ -276,13 +276,14 @@ impl SoundingConditions<'_> {
         let mut sight = Sight::new(&plane, &pose, moment, interval);
         let in_sensor = mounting.rotation.tr_mul(&sight.in_body);
         let base_m = sight.base_m(&plane, mounting);
-        let noise = &self.scene.campaign.soundings.noise;
-        let adjusted = adjust_beam(&beam, noise, &in_sensor, base_m);
+        let noise = self.scene.sounding_noise(tie.row as usize);
+        let adjusted = adjust_beam(&beam, &noise, &in_sensor, base_m);
         sight.reach(mounting, &adjusted.partials.vector_m);
         Some(SoundingSight {
             by_range: in_sensor.dot(&adjusted.partials.vector_m) / (1.0 + scale),
             stamp_s: self.scene.campaign.soundings.time_s[tie.row as usize] - latency_s,
             weight_before: seen.weight_before,
+            pose,
             sight,
             plane,
             in_sensor,
@@ -319,6 +320,14 @@ impl SoundingConditions<'_> {
         }
     }
 
+    /// What the turn of two arrays has beyond that of one head; nothing of one head.
+    fn turn_beyond(&self, tie: Tie, seen: &SoundingSight, mounting: &Mounting) -> Vector3<f64> {
+        let beyond = self
+            .scene
+            .turn_of_arrays(tie.row as usize, &seen.pose, mounting);
+        beyond.map_or_else(Vector3::zeros, |turn| turn.tr_mul(&seen.sight.normal))
+    }
+
     fn fill(
         &self,
         tie: Tie,
@@ -331,7 +340,8 @@ impl SoundingConditions<'_> {
         let sight = &seen.sight;
         row.misclosure = seen.adjusted.misclosure;
         row.variance = seen.adjusted.variance;
-        row.extend(x.offset(self.mounting.rotation), sight.by_turn().as_slice());
+        let by_turn = sight.by_turn() + self.turn_beyond(tie, &seen, mounting);
+        row.extend(x.offset(self.mounting.rotation), by_turn.as_slice());
         row.extend(x.offset(self.mounting.lever_arm), sight.in_body.as_slice());
         seen.plane.derive(&sight.point_m, row);
         if let Some(id) = self.latency {
@@ -431,6 +441,8 @@ pub(super) struct SoundingSight {
     pub(super) by_range: f64,
     /// When it was, seconds.
     pub(super) stamp_s: f64,
+    /// Where the body was by then, as recorded.
+    pose: PoseSample,
     weight_before: f64,
 }
 

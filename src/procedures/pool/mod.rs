@@ -5,6 +5,7 @@
 //! | [`procedure`] | the calibration behind the seam |
 //! | [`run`] | the whole in memory: [`run::calibrate`] |
 //! | [`scene`] | trajectory, refined target pose, rough mounting |
+//! | `arrays` | soundings of a transmit and a receive array |
 //! | [`frame`] | how the refined pose follows each laser point |
 //! | `poses` | poses at the observations, kept while they are few |
 //! | [`ties`], [`planes`] | which point lies on which face; the scanner's planes |
@@ -24,6 +25,7 @@
 
 mod alternatives;
 pub mod apply;
+mod arrays;
 pub mod budget;
 mod check;
 pub mod conditions;

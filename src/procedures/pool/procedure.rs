@@ -1,6 +1,6 @@
 //! The pool calibration behind the seam: its readers, its calibration, its errors against the truth.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
@@ -21,6 +21,7 @@ use crate::calibrate::seam::{
 use crate::calibrate::tried::Tried;
 use crate::results::InputFile;
 use crate::simulate::{DEMO, Simulated as Survey, Truth, simulate};
+use crate::survey::recorded::own_points::Against;
 use crate::survey::schema::Key;
 
 /// A multibeam against a target in a pool that a laser scanner sees too.
@@ -62,6 +63,10 @@ impl Procedure for Pool {
         ask: &PlanAsk,
     ) -> Result<Option<Box<dyn Planner>>, InputError> {
         planner(file, text, ask).map(Some)
+    }
+
+    fn template_from(&self, files: &[PathBuf]) -> Option<String> {
+        Some(super::survey::from_files::template(files))
     }
 
     fn uses(&self) -> Uses {
@@ -136,7 +141,14 @@ impl Loaded for LoadedSurvey {
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
         progress.begin("looking at the geometry")?;
         let preview = preview(&input(self, settings), progress).map_err(InputError::unworkable)?;
-        Ok(checked(self, &preview))
+        let mut found = checked(self, &preview);
+        if !self.recorders.is_empty() {
+            progress.begin("georeferencing as the sounder did")?;
+            let own = Against::files(&self.recorders)?;
+            found.text.push_str(&own.text());
+            found.json["own_solution"] = own.json();
+        }
+        Ok(found)
     }
 
     fn observed(&self, settings: &Settings) -> Result<Option<Box<dyn Tried + '_>>, InputError> {

@@ -41,7 +41,7 @@ pub struct Scene<'a> {
     /// Rotation from the frame of already georeferenced laser points into the target frame, and the shift after it.
     laser_frame: Option<(Matrix3<f64>, Vector3<f64>)>,
     /// The water that travel times go through.
-    water: Option<Refraction>,
+    pub(super) water: Option<Refraction>,
     /// Rows of the laser points by which the target was registered.
     pub registered: Vec<u32>,
     /// Sampled laser points near the target.
@@ -184,10 +184,14 @@ impl<'a> Scene<'a> {
         Some(rotation * self.campaign.laser.point(j) + offset)
     }
 
-    /// Beam of sounding `k`: as observed where ranges or one sound speed are given, after refraction through a profile otherwise.
+    /// Beam of sounding `k`: as observed where ranges or one sound speed are given, after refraction through a profile otherwise; of two
+    /// arrays the beam of the mounting that stands for both.
     #[must_use]
     pub fn beam(&self, k: usize, pose: &PoseSample, mounting: &Mounting) -> Option<Beam> {
         let s = &self.campaign.soundings;
+        if let Some(arrays) = &s.arrays {
+            return self.array_beam(arrays, k, pose, mounting);
+        }
         let (across_rad, along_rad) = (s.across_rad[k], s.along_rad[k]);
         match &s.range {
             SoundingRange::Metres(range) => Some(Beam {

@@ -472,12 +472,12 @@ pub fn tie_soundings(
     let gate_sigmas = association.gate_sigmas;
     let spread_m2 = TrajectoryVariance::new(&campaign.trajectory.noise, true).position_m2;
     let trajectory = association.variance(&campaign.trajectory.noise);
-    let noise = &campaign.soundings.noise;
     let from = |i: usize| rows[i..].iter().map(|row| (*row as usize, None));
     // rows that are not among these lie far from every face
     let reasons = vec![Reason::NoFace; campaign.soundings.len()];
     let mut set = collect(reasons, rows.len(), from, |k, before| {
         let (pose, beam) = model.beam(scene, k)?;
+        let noise = &scene.sounding_noise(k);
         let pose = association.pose(pose);
         let partials = beam.partials();
         let turned = mounting.rotation * partials.vector_m;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::cones::Pair;
+use super::cones;
 use super::parameters::{
     DEEP_SOUND_SPEED, HEAVE_LAG, HEAVE_SCALE, KINDS, LATENCY, RANGE_SCALE, count, own,
 };
@@ -10,7 +10,7 @@ use super::scene::{Head, Scene, Sounding, axis};
 use super::states::{Component, States};
 use crate::georef::Layers;
 use crate::math;
-use crate::observe::Mounting;
+use crate::observe::{ArrayMountings, Mounting};
 
 /// Values of the parameters, and of the trajectory's states.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,7 +134,7 @@ pub struct Locator<'a> {
     pub states: &'a States,
     values: &'a Values,
     /// Of each head, where it has two arrays.
-    pairs: Vec<Option<Pair>>,
+    arrays: Vec<Option<ArrayMountings>>,
     layers: Vec<Layers>,
     deeper: Vec<Layers>,
 }
@@ -172,13 +172,13 @@ impl<'a> Locator<'a> {
     pub fn new(scene: &'a Scene, states: &'a States, values: &'a Values) -> Option<Self> {
         let pair = |(head, mounting): (&Head, &Mounting)| {
             let arrays = head.arrays.as_ref()?;
-            Some(Pair::new(arrays, &head.nominal, mounting))
+            Some(arrays.moved(&head.nominal, mounting))
         };
         Some(Self {
             scene,
             states,
             values,
-            pairs: scene
+            arrays: scene
                 .heads
                 .iter()
                 .zip(&values.mountings)
@@ -206,18 +206,15 @@ impl<'a> Locator<'a> {
         let shift = Vector3::new(drift[0], drift[1], drift[2] + lift);
         let position = measured.position_m + shift;
         let head = usize::from(sounding.head);
-        let aim = match &self.pairs[head] {
+        let aim = match &self.arrays[head] {
             None => self.one_head(sounding, &position, &rotation),
-            Some(pair) => {
+            Some(arrays) => {
                 let heard_s = time_s + 2.0 * sounding.one_way_s;
                 let heard = self.scene.trajectory.pose_at(heard_s).ok()?;
                 let drifted = measured.rotation.tr_mul(&rotation);
                 let sent = (position, rotation);
-                pair.aim(
-                    sounding,
-                    sent,
-                    (heard.position_m + shift, heard.rotation * drifted),
-                )?
+                let heard = (heard.position_m + shift, heard.rotation * drifted);
+                cones::aim(arrays, sounding, sent, heard)?
             }
         };
         let depth_m = self.scene.water.level_m + sailed.tide_m - aim.transducer_m.z;

@@ -6,7 +6,7 @@ use super::parameters::{self, Kind, Parameter};
 use crate::calibrate::cloud::Beam;
 use crate::georef::Layers;
 use crate::math;
-use crate::observe::{Mounting, SoundSpeedProfile, Trajectory};
+use crate::observe::{ArrayMountings, Mounting, SoundSpeedProfile, Trajectory};
 
 /// A-priori noise and drift of the INS, metres, radians, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,33 +105,6 @@ pub struct Sounding {
     pub beam: Beam,
 }
 
-/// Nominal mountings of a transmit and a receive array. The tilt of a sounding is then its `along_rad`, the angle against the receive
-/// array its `across_rad`, its stamp that of its transmission.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Arrays {
-    /// The transmit array.
-    pub transmitter: Mounting,
-    /// The receive array.
-    pub receiver: Mounting,
-}
-
-impl Arrays {
-    /// One mounting for both: roll of the receive array, the rest of the transmit array; the receive array's where one of the two is
-    /// built in the other way round.
-    #[must_use]
-    pub fn together(&self) -> Mounting {
-        let (transmitter, receiver) = (&self.transmitter, &self.receiver);
-        let ((_, pitch, heading), (roll, _, other)) = (transmitter.angles(), receiver.angles());
-        if math::cos(heading - other) < 0.0 {
-            return Mounting {
-                rotation: receiver.rotation,
-                ..*transmitter
-            };
-        }
-        Mounting::from_angles(roll, pitch, heading, transmitter.lever_arm_m)
-    }
-}
-
 /// A head: how it is mounted as far as that is known beforehand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Head {
@@ -140,7 +113,7 @@ pub struct Head {
     /// Nominal mounting. Of two arrays: roll of the receive array, the rest of the transmit array; one correction serves both.
     pub nominal: Mounting,
     /// The two arrays, where they stand each on its own.
-    pub arrays: Option<Arrays>,
+    pub arrays: Option<ArrayMountings>,
     /// Standard deviations of the lever arm (right, forward, up), metres; 0 holds it. The first head's one upwards is held whatever it is:
     /// it is inseparable from the heights of the lines.
     pub lever_arm_sigma_m: [f64; 3],

@@ -167,7 +167,7 @@ fn stated_sigma_m(
     let partials = scene.beam(row, &pose, mounting)?.partials();
     let along = along_normal(&pose, mounting, &partials.vector_m, normal);
     let gain = partials.jacobian.tr_mul(&along.sensor);
-    let own_m2 = sounding_variance(&scene.campaign.soundings.noise, &gain);
+    let own_m2 = sounding_variance(&scene.sounding_noise(row), &gain);
     let of_ins = TrajectoryVariance::new(&scene.campaign.trajectory.noise, true);
     Some((own_m2 + of_ins.along(&along.attitude)).sqrt())
 }

@@ -57,6 +57,7 @@ impl LoadedSurvey {
             target,
             inputs: vec![],
             counts,
+            recorders: vec![],
         })
     }
 }

@@ -112,6 +112,7 @@ fn multibeam(survey: &LoadedSurvey) -> Multibeam {
         to_deg: most(f64::max),
         max_range_m: 1e3,
         records: Recorded::default(),
+        arrays: None,
     }
 }
 

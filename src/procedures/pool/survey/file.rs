@@ -4,17 +4,22 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::keys::{
-    COORDINATE, LEVER_ARM, PROCEDURES, RANGE_SIGMA_M, SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M,
-    SIGMA_M_OR_NONE,
+    COORDINATE, LASER_TIMES, LEVER_ARM, PROCEDURES, RANGE_SIGMA_M, SIGMA_DEG, SIGMA_DEG_OR_NONE,
+    SIGMA_M, SIGMA_M_OR_NONE,
 };
 use crate::calibrate::large::LargeConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
 use crate::geometry::ellipsoid::TargetPose;
-use crate::observe::{LaserCoordinates, LaserNoise, MountingSigma, SonarNoise, TrajectoryNoise};
+use crate::observe::{
+    ArrayMountings, LaserCoordinates, LaserNoise, MountingSigma, SonarNoise, SoundingArrays,
+    TrajectoryNoise,
+};
 use crate::procedures::pool::{JointConfig, SequentialConfig};
-use crate::survey::limits::{DURATION, ELLIPSOID, INVALID, OFFSET_S, OUTSIDE, SPEED, TURN};
+use crate::survey::limits::{
+    DURATION, ELLIPSOID, HEAD, INVALID, LEAP_S, OFFSET_S, OUTSIDE, SPEED, TIMES, TURN, WEEK,
+};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
 use crate::survey::sections::{MountingAngles, Origin, OutsideRule, UtmZone};
@@ -92,8 +97,22 @@ section! {
     /// `[trajectory]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct TrajectorySection {
-        /// Path of the trajectory file.
-        path: String = required, Kind::Text;
+        /// Path of the trajectory file. With recorder files it may be left out: then their own navigation is used.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        path: Option<String> = or (None), Kind::Text;
+        /// What the times of `path` are where the soundings are a recorder's (UTC): the same, on the GPS scale, or seconds of the week or
+        /// of the day on either. They stay as they are: the soundings are put on this clock.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        time: Option<String> = or (None), TIMES;
+        /// GPS week of seconds of the week; without it the week of the soundings.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        week: Option<u32> = or (None), WEEK;
+        /// GPS minus UTC, seconds; without it that of the soundings' date.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        leap_seconds: Option<f64> = or (None), LEAP_S;
+        /// Place of the point that `path` gives the positions of, in the body (right, forward, up), metres; 0.
+        #[serde(skip_serializing_if = "is_none_m")]
+        lever_arm_m: [f64; 3] = or ([0.0; 3]), Kind::Triple(LEVER_ARM);
         /// White position noise per record and axis, metres.
         position_sigma_m: f64 = required, Kind::Number(SIGMA_M_OR_NONE);
         /// Gauss-Markov position drift per axis, metres; 0.
@@ -133,6 +152,11 @@ impl TrajectorySection {
     }
 }
 
+/// Whether a lever arm is none.
+fn is_none_m(arm_m: &[f64; 3]) -> bool {
+    *arm_m == [0.0; 3]
+}
+
 /// `coordinates` of laser points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -156,6 +180,10 @@ section! {
         path: String = required, Kind::Text;
         /// Frame of the points; sensor.
         coordinates: CoordinatesName = or (CoordinatesName::default()), Kind::OneOf(&["sensor", "target", "geocentric", "utm"]);
+        /// What the times of `path` are where the soundings are a recorder's, as under `[trajectory]`, or `gps-adjusted` (GPS seconds less
+        /// 1e9, as LAS has them); without it those of the trajectory.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        time: Option<String> = or (None), LASER_TIMES;
         /// Zone of UTM coordinates.
         #[serde(skip_serializing_if = "Option::is_none")]
         utm_zone: Option<UtmZone> = or (None), Kind::UtmZone;
@@ -226,12 +254,28 @@ section! {
     /// `[multibeam]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct MultibeamSection {
-        /// Path of the soundings.
-        path: String = required, Kind::Text;
-        /// Nominal sonar origin in the body (right, forward, up), metres.
+        /// Path of the soundings: a CSV, a recorder's file, or a folder of recorder files.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        path: Option<String> = or (None), Kind::Text;
+        /// Several recorder files instead.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        paths: Vec<String> = or (vec![]), Kind::Texts;
+        /// Which head is calibrated where the files have more: its serial number in recorder files, in a CSV what stands in the column
+        /// `head`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        head: Option<u32> = or (None), HEAD;
+        /// Nominal sonar origin in the body (right, forward, up), metres. With recorder files this and the angles may be left out: then the
+        /// installation record says them.
         lever_arm_m: [f64; 3] = required, Kind::Triple(LEVER_ARM);
         /// Nominal mounting angles.
         mounting_deg: MountingAngles = required, Kind::Table(MountingAngles::KEYS);
+        /// Of two arrays: lever arm of the receive array, where it is not that of the transmit array.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        receiver_lever_arm_m: Option<[f64; 3]> = or (None), Kind::Triple(LEVER_ARM);
+        /// Of two arrays: nominal mounting angles of the receive array, where they are not those of the transmit array. Both get one
+        /// correction.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        receiver_mounting_deg: Option<MountingAngles> = or (None), Kind::Table(MountingAngles::KEYS);
         /// Range noise, metres.
         range_sigma_m: f64 = required, Kind::Number(RANGE_SIGMA_M);
         /// Across-track angle noise, degrees.
@@ -247,6 +291,28 @@ section! {
 }
 
 impl MultibeamSection {
+    /// Soundings of two arrays whose beam formers used these sound speeds.
+    #[must_use]
+    pub fn of_arrays(&self, head_speed_m_s: &[f64]) -> SoundingArrays {
+        let mountings = self.arrays();
+        SoundingArrays {
+            nominal: mountings.together(),
+            mountings,
+            head_speed_m_s: head_speed_m_s.iter().map(|speed| *speed as f32).collect(),
+        }
+    }
+
+    /// Nominal mountings of a transmit and a receive array.
+    #[must_use]
+    pub fn arrays(&self) -> ArrayMountings {
+        let receiver = self.receiver_mounting_deg.unwrap_or(self.mounting_deg);
+        let arm_m = self.receiver_lever_arm_m.unwrap_or(self.lever_arm_m);
+        ArrayMountings {
+            transmitter: self.mounting_deg.mounting(self.lever_arm_m),
+            receiver: receiver.mounting(arm_m),
+        }
+    }
+
     /// The noise in SI and radians.
     #[must_use]
     pub fn noise(&self) -> SonarNoise {

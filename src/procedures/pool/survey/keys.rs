@@ -20,6 +20,17 @@ pub(crate) const LEVER_ARM: Limits = limits(
 pub(crate) const LENGTH: Limits = limits(ABOVE, 1000.0, "metres above 0 and up to 1000");
 pub(crate) const COORDINATE: Limits = limits(-1000.0, 1000.0, "metres from -1000 to 1000");
 
+/// What the times of laser returns are.
+pub(crate) const LASER_TIMES: Kind = Kind::OneOf(&[
+    "utc",
+    "gps",
+    "gps-week",
+    "utc-week",
+    "gps-day",
+    "utc-day",
+    "gps-adjusted",
+]);
+
 /// The six parameters of a mounting, as `hold` names them.
 pub(crate) const PARAMETERS: &[&str] = &["pitch", "roll", "yaw", "lx", "ly", "lz"];
 

@@ -2,11 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use nalgebra::Vector3;
+
 use super::file::{CoordinatesName, SurveyFile};
 use super::observations::{
-    laser_problem, place_laser, place_soundings, shift, to_geocentric, trajectory_problem,
+    laser_problem, of_head, place_laser, place_soundings, shift, to_geocentric, to_transmission,
+    trajectory_problem,
 };
-use super::rules;
+use super::{recorded, rules};
 use crate::formats::digest::Stamps;
 use crate::formats::week;
 use crate::formats::{
@@ -18,10 +21,12 @@ use crate::observe::{
     Campaign, GeodeticTrajectory, LaserCoordinates, LaserNoise, SonarNoise, SoundSpeed,
     SoundSpeedProfile, SoundingRange,
 };
+use crate::recorders::navigation::at_reference;
 use crate::results::InputFile;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::{digests, keep, read_text, typed};
+use crate::survey::recorded::files::recorder_files;
 use crate::target::{Target, TargetModel};
 
 /// A survey in memory.
@@ -43,6 +48,8 @@ pub struct LoadedSurvey {
     pub counts: Counts,
     /// Sentences that a report should repeat.
     pub notes: Vec<String>,
+    /// The recorder files; none where the soundings are a CSV.
+    pub recorders: Vec<PathBuf>,
 }
 
 /// How much was read and how much of it dropped because the trajectory does not cover it.
@@ -68,16 +75,34 @@ pub struct Counts {
 pub fn load(path: &Path) -> Result<LoadedSurvey, SurveyError> {
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let mut stamps = Stamps::begin(path);
-    let file = read_survey_file(path, Some(&folder))?;
-    let paths = Paths::new(&file, &folder);
-    stamps.add(named(&file).iter().map(|name| folder.join(name)));
+    let text = read_text(path)?;
+    let document = Document::parse(path, &text).map_err(|problems| SurveyError { problems })?;
+    let recorders = recorder_files(&document, &folder)?;
+    let mut file = match &recorders {
+        None => parse_survey(path, &text, Some(&folder))?,
+        Some(names) => recorded::draft(path, &document, &text, &folder, names)?,
+    };
+    let paths = Paths::new(&file, &folder, recorders.as_deref());
+    let named = named(&file, recorders.as_deref());
+    stamps.add(named.iter().map(|name| folder.join(name)));
+    let of_file = file.clone();
     let (contents, inputs) = rayon::join(
-        || read_contents(&file, &paths),
-        || digests(path, &folder, &named(&file)),
+        || match &recorders {
+            None => read_contents(&of_file, &paths),
+            Some(_) => recorded::read_contents(path, &document, &mut file, &paths),
+        },
+        || {
+            let named: Vec<&str> = named.iter().map(String::as_str).collect();
+            digests(path, &folder, &named)
+        },
     );
     let (contents, inputs) = (contents?, inputs?);
     stamps.unchanged()?;
-    compose(file, &paths, contents, inputs)
+    let survey = compose(file, &paths, contents, inputs)?;
+    Ok(LoadedSurvey {
+        recorders: paths.recorders,
+        ..survey
+    })
 }
 
 /// Reads and checks a survey file alone; with a folder, also that the paths in it lead to files.
@@ -100,12 +125,16 @@ pub fn parse_survey(
 ) -> Result<SurveyFile, SurveyError> {
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
     none_of(rules::survey_problems(&document, folder))?;
-    let mut file: SurveyFile = typed(path, text)?;
+    Ok(with_settings(path, typed(path, text)?))
+}
+
+/// The joint path's settings that stand in sections of their own.
+pub(super) fn with_settings(path: &Path, mut file: SurveyFile) -> SurveyFile {
     file.joint.verdict = file.verdict.clone();
     if let Some(large) = &file.large {
         file.joint.large = large.engine(path);
     }
-    Ok(file)
+    file
 }
 
 /// Checks and parses the text of a target file; `path` names it in messages.
@@ -135,35 +164,47 @@ fn dimension(path: &Path, fault: &str) -> Problem {
 }
 
 /// Where the files are, relative to the working directory.
-struct Paths {
-    target: PathBuf,
-    trajectory: PathBuf,
-    lidar: PathBuf,
-    multibeam: PathBuf,
-    profile: Option<PathBuf>,
+pub(super) struct Paths {
+    pub(super) target: PathBuf,
+    /// The trajectory's; the first recorder file's where it is their own navigation.
+    pub(super) trajectory: PathBuf,
+    pub(super) lidar: PathBuf,
+    /// The soundings'; the first of several.
+    pub(super) multibeam: PathBuf,
+    pub(super) profile: Option<PathBuf>,
+    pub(super) recorders: Vec<PathBuf>,
 }
 
 impl Paths {
-    fn new(file: &SurveyFile, folder: &Path) -> Self {
+    fn new(file: &SurveyFile, folder: &Path, recorders: Option<&[String]>) -> Self {
         let profile = file.sound_speed.as_ref().and_then(|s| s.profile.as_ref());
+        let recorders: Vec<PathBuf> = recorders
+            .into_iter()
+            .flatten()
+            .map(|name| folder.join(name))
+            .collect();
+        let of = |name: &Option<String>| name.as_ref().map(|name| folder.join(name));
+        let first = recorders.first().cloned();
+        let multibeam = first.or(of(&file.multibeam.path)).unwrap_or_default();
         Self {
             target: folder.join(&file.target.model),
-            trajectory: folder.join(&file.trajectory.path),
+            trajectory: of(&file.trajectory.path).unwrap_or_else(|| multibeam.clone()),
             lidar: folder.join(&file.lidar.path),
-            multibeam: folder.join(&file.multibeam.path),
+            multibeam,
             profile: profile.map(|p| folder.join(p)),
+            recorders,
         }
     }
 }
 
 /// What the files hold.
-struct Contents {
-    model: TargetModel,
-    target: Target,
-    trajectory: TrajectoryRecords,
-    laser: LaserRecords,
-    soundings: SoundingRecords,
-    profile: Option<SoundSpeedProfile>,
+pub(super) struct Contents {
+    pub(super) model: TargetModel,
+    pub(super) target: Target,
+    pub(super) trajectory: TrajectoryRecords,
+    pub(super) laser: LaserRecords,
+    pub(super) soundings: SoundingRecords,
+    pub(super) profile: Option<SoundSpeedProfile>,
 }
 
 /// Reads the files beside each other, and checks each by itself; the faults of all of them come together.
@@ -202,25 +243,54 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
     }
 }
 
-/// Soundings of one head: the pool's model has one mounting for sending and hearing.
+/// Soundings of one head: a pool survey calibrates one.
 fn checked_soundings(file: &SurveyFile, path: &Path) -> Result<SoundingRecords, SurveyError> {
     let records = read_soundings(path, file.multibeam.invalid)?;
-    if records.heads().len() > 1 {
-        let expected = "soundings of one head; several are for procedure = \"seabed\"";
-        return Err(Problem::new(path, "column head", "several heads", expected).into());
+    let there = records.heads();
+    let wanted = file.multibeam.head;
+    if let (Some(head), true) = (wanted, there.is_empty()) {
+        let found = format!("head = {head}, and no column head");
+        let expected = "a column head with the number of each sounding's head";
+        return Err(Problem::new(path, "columns", found, expected).into());
     }
-    if records.arrays.is_none() {
+    let receiver = &file.multibeam;
+    let receiver =
+        receiver.receiver_lever_arm_m.is_some() || receiver.receiver_mounting_deg.is_some();
+    if receiver && records.arrays.is_none() {
+        let found = "angles of one head, beside a receive array under [multibeam]";
+        let expected = "rx_angle_deg and tx_tilt_deg, or no receive array";
+        return Err(Problem::new(path, "columns", found, expected).into());
+    }
+    if there.len() < 2 && wanted.is_none() {
         return Ok(records);
     }
-    let expected =
-        "across_angle_deg and along_angle_deg; two arrays are for procedure = \"seabed\"";
-    Err(Problem::new(
-        path,
-        "column rx_angle_deg",
-        "angles of two arrays",
-        expected,
-    )
-    .into())
+    let head = one_head(path, "column head", &there, wanted)?;
+    Ok(of_head(&records, head))
+}
+
+/// The head that is calibrated: the one that is asked for, or the only one.
+pub(super) fn one_head(
+    path: &Path,
+    place: &str,
+    there: &[u32],
+    wanted: Option<u32>,
+) -> Result<u32, Problem> {
+    let listed: Vec<String> = there.iter().map(u32::to_string).collect();
+    let listed = listed.join(", ");
+    match (wanted, there) {
+        (Some(head), _) if there.contains(&head) => Ok(head),
+        (Some(head), _) => {
+            let found = format!("head {head}; there are soundings of {listed}");
+            let expected = "a head that has soundings, as [multibeam] head";
+            Err(Problem::new(path, place, found, expected))
+        }
+        (None, [only]) => Ok(*only),
+        (None, _) => {
+            let found = format!("soundings of the heads {listed}");
+            let expected = "[multibeam] head = one of them: a pool survey calibrates one head";
+            Err(Problem::new(path, place, found, expected))
+        }
+    }
 }
 
 fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecords, SurveyError> {
@@ -231,10 +301,14 @@ fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecord
             .collect(),
     )?;
     shift(&mut records.time_s, file.trajectory.time_offset_s);
-    Ok(records)
+    Ok(at_reference(
+        records,
+        &Vector3::from(file.trajectory.lever_arm_m),
+        file.target.ellipsoid,
+    ))
 }
 
-fn checked_laser(file: &SurveyFile, path: &Path) -> Result<LaserRecords, SurveyError> {
+pub(super) fn checked_laser(file: &SurveyFile, path: &Path) -> Result<LaserRecords, SurveyError> {
     let mut records = match file.lidar.coordinates {
         CoordinatesName::Sensor => read_laser(path, file.lidar.invalid)?,
         // points that are georeferenced need no time
@@ -249,16 +323,17 @@ fn checked_laser(file: &SurveyFile, path: &Path) -> Result<LaserRecords, SurveyE
 }
 
 /// The files that a survey file names, as it names them.
-fn named(file: &SurveyFile) -> Vec<&str> {
+fn named(file: &SurveyFile, recorders: Option<&[String]>) -> Vec<String> {
     let profile = file.sound_speed.as_ref().and_then(|s| s.profile.as_ref());
-    let named = [
+    let before = [
         Some(&file.target.model),
-        Some(&file.trajectory.path),
+        file.trajectory.path.as_ref(),
         Some(&file.lidar.path),
-        Some(&file.multibeam.path),
-        profile,
     ];
-    named.into_iter().flatten().map(String::as_str).collect()
+    let own = file.multibeam.path.as_ref().filter(|_| recorders.is_none());
+    let soundings = recorders.into_iter().flatten().chain(own);
+    let before = before.into_iter().flatten();
+    before.chain(soundings).chain(profile).cloned().collect()
 }
 
 /// The sound speed that the soundings need, or why there is none.
@@ -309,6 +384,7 @@ fn compose(
         section.outside.into(),
     );
     shift(&mut laser.time_s, file.lidar.time_offset_s);
+    to_transmission(&mut soundings);
     shift(&mut soundings.time_s, file.multibeam.time_offset_s);
     let mut problems = vec![];
     let speed = sound_speed(&file, paths, &soundings.range, profile);
@@ -335,6 +411,7 @@ fn compose(
         target,
         inputs,
         counts,
+        recorders: vec![],
     })
 }
 
@@ -373,16 +450,21 @@ pub(super) fn placed(
         soundings: observed.soundings.len(),
         soundings_dropped: dropped.unwrap_or(0),
     };
+    let section = &file.multibeam;
+    let columns = observed.soundings.arrays.take();
+    let mut soundings = observed.soundings.into_soundings(observed.sonar_noise);
+    soundings.arrays = columns.map(|columns| section.of_arrays(&columns.head_speed_m_s));
+    let arrays = soundings.arrays.as_ref();
     let campaign = Campaign {
         trajectory: observed.trajectory,
         laser: observed.laser.into_scan(frame, observed.laser_noise),
         scanner: file.lidar.mounting_deg.mounting(file.lidar.lever_arm_m),
         scanner_sigma: file.lidar.mounting_sigma(),
-        sonar: file
-            .multibeam
-            .mounting_deg
-            .mounting(file.multibeam.lever_arm_m),
-        soundings: observed.soundings.into_soundings(observed.sonar_noise),
+        sonar: arrays.map_or_else(
+            || section.mounting_deg.mounting(section.lever_arm_m),
+            |arrays| arrays.nominal,
+        ),
+        soundings,
         sound_speed: observed.sound_speed,
         water_level_m: file.target.water_level_m,
     };

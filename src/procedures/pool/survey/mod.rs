@@ -4,10 +4,13 @@
 
 pub mod arrays;
 pub mod claims;
+mod export;
 pub mod file;
+pub(super) mod from_files;
 pub(crate) mod keys;
 pub mod load;
 mod observations;
+mod recorded;
 mod rules;
 pub mod scenario;
 pub mod write;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::file::{CoordinatesName, SurveyFile};
+use crate::formats::records::ArrayColumns;
 use crate::formats::{LaserRecords, SoundingRecords, TrajectoryRecords};
 use crate::geometry::utm::{Utm, UtmError};
 use crate::geometry::{Ellipsoid, Geodetic};
@@ -171,7 +172,63 @@ pub(super) fn place_soundings(
     }
     remove(&mut records.ping, &rows);
     remove(&mut records.beam, &rows);
+    remove(&mut records.head, &rows);
+    if let Some(arrays) = &mut records.arrays {
+        remove(&mut arrays.delay_s, &rows);
+        remove(&mut arrays.head_speed_m_s, &rows);
+    }
     Ok(rows.len())
+}
+
+/// Soundings of two arrays become those of their transmission: the delay of each goes into its time, and they are put in order again.
+pub(super) fn to_transmission(records: &mut SoundingRecords) {
+    let Some(arrays) = &mut records.arrays else {
+        return;
+    };
+    for (time_s, delay_s) in records.time_s.iter_mut().zip(&mut arrays.delay_s) {
+        *time_s += std::mem::take(delay_s);
+    }
+    if records.time_s.is_sorted() {
+        return;
+    }
+    let mut order: Vec<usize> = (0..records.time_s.len()).collect();
+    order.sort_by(|a, b| records.time_s[*a].total_cmp(&records.time_s[*b]));
+    *records = chosen(records, &order);
+}
+
+/// The soundings of one head.
+pub(super) fn of_head(records: &SoundingRecords, head: u32) -> SoundingRecords {
+    let own = |k: &usize| records.head[*k] == head;
+    let rows: Vec<usize> = (0..records.head.len()).filter(own).collect();
+    chosen(records, &rows)
+}
+
+/// Some rows, in their order.
+fn chosen(records: &SoundingRecords, rows: &[usize]) -> SoundingRecords {
+    let real = |column: &[f64]| -> Vec<f64> { rows.iter().map(|k| column[*k]).collect() };
+    let count = |column: &[u32]| -> Vec<u32> {
+        let of = |k: &usize| column.get(*k).copied();
+        rows.iter().filter_map(of).collect()
+    };
+    SoundingRecords {
+        time_s: real(&records.time_s),
+        ping: count(&records.ping),
+        beam: count(&records.beam),
+        across_rad: real(&records.across_rad),
+        along_rad: real(&records.along_rad),
+        range: match &records.range {
+            SoundingRange::Metres(range) => SoundingRange::Metres(real(range)),
+            SoundingRange::TwoWayTravelTime(time_s) => {
+                SoundingRange::TwoWayTravelTime(real(time_s))
+            }
+        },
+        arrays: records.arrays.as_ref().map(|arrays| ArrayColumns {
+            delay_s: real(&arrays.delay_s),
+            head_speed_m_s: real(&arrays.head_speed_m_s),
+        }),
+        head: count(&records.head),
+        notes: records.notes.clone(),
+    }
 }
 
 fn lost_rows(

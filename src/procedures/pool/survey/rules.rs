@@ -7,6 +7,7 @@ use super::keys;
 use crate::survey::document::Document;
 use crate::survey::problem::Problem;
 use crate::survey::reading::missing_files;
+use crate::survey::recorded::files::missing_recorders;
 use crate::survey::schema::{self, Key};
 
 /// Every fault of a survey file's text; where `folder` is given, also of the paths in it.
@@ -17,10 +18,114 @@ pub(crate) fn survey_problems(document: &Document<'_>, folder: Option<&Path>) ->
     let mut problems = schema::check(document, SurveyFile::KEYS);
     problems.extend(lidar_problems(document));
     problems.extend(sound_speed_problems(document));
+    problems.extend(of_columns(document));
     if let Some(folder) = folder {
         problems.extend(missing_files(document, folder, FILES));
     }
     problems
+}
+
+/// What a survey without recorder files must say, and what it must not.
+fn of_columns(document: &Document<'_>) -> Vec<Problem> {
+    let lacks =
+        |key: &&[&str; 2]| document.get(&key[..1]).is_some() && document.get(*key).is_none();
+    let expected = "a file, or recorder files as paths under [multibeam]";
+    let absent = [["trajectory", "path"], ["multibeam", "path"]];
+    let absent = absent.iter().filter(lacks);
+    let mut problems: Vec<Problem> = absent
+        .map(|key| document.problem(key, "nothing", expected))
+        .collect();
+    let only = OF_RECORDERS
+        .iter()
+        .filter(|key| document.get(*key).is_some());
+    problems.extend(only.map(|key| {
+        let expected = "this key with recorder files only; a CSV has the clock of its trajectory";
+        document.problem(key, "soundings of a CSV", expected)
+    }));
+    problems
+}
+
+/// Keys that say something of recorder files only.
+const OF_RECORDERS: &[[&str; 2]] = &[
+    ["trajectory", "time"],
+    ["trajectory", "week"],
+    ["trajectory", "leap_seconds"],
+    ["lidar", "time"],
+];
+
+/// Keys that recorder files supply.
+const SUPPLIED: &[&[&str]] = &[
+    &["multibeam", "lever_arm_m"],
+    &["multibeam", "mounting_deg"],
+];
+
+/// Every fault of the text of a survey file of recorder files, and of the paths in it.
+pub(super) fn recorder_problems(
+    document: &Document<'_>,
+    folder: &Path,
+    names: &[String],
+) -> Vec<Problem> {
+    let mut problems = schema::check_but(document, SurveyFile::KEYS, SUPPLIED);
+    problems.extend(lidar_problems(document));
+    problems.extend(sound_speed_problems(document));
+    problems.extend(useless_keys(document));
+    let files = FILES.iter().filter(|key| key[0] != "multibeam");
+    let files: Vec<[&str; 2]> = files.copied().collect();
+    problems.extend(missing_files(document, folder, &files));
+    problems.extend(missing_recorders(document, folder, names));
+    problems
+}
+
+/// Keys that would do nothing beside others.
+fn useless_keys(document: &Document<'_>) -> Vec<Problem> {
+    let has = |key: &[&str; 2]| document.get(key).is_some();
+    let georeferenced = document
+        .string(&["lidar", "coordinates"])
+        .is_some_and(|frame| frame != "sensor");
+    let own = !has(&["trajectory", "path"]);
+    let path = "this key beside a path under [trajectory]";
+    let cases: [([&str; 2], bool, &str, &str); 6] = [
+        (
+            ["trajectory", "time"],
+            own,
+            "the recorder's own navigation",
+            path,
+        ),
+        (
+            ["trajectory", "week"],
+            own,
+            "the recorder's own navigation",
+            path,
+        ),
+        (
+            ["trajectory", "lever_arm_m"],
+            own,
+            "the recorder's own navigation",
+            path,
+        ),
+        (
+            ["trajectory", "time_offset_s"],
+            own,
+            "the recorder's own navigation",
+            path,
+        ),
+        (
+            ["lidar", "time"],
+            georeferenced,
+            "points that are georeferenced",
+            "this key with coordinates = \"sensor\"",
+        ),
+        (
+            ["multibeam", "invalid"],
+            true,
+            "recorder files",
+            "this key with a CSV only; beams that the sounder holds invalid are left out and counted",
+        ),
+    ];
+    let useless = cases.iter().filter(|case| case.1 && has(&case.0));
+    useless
+        .map(|(key, _, found, expected)| document.problem(key, *found, *expected))
+        .collect()
 }
 
 /// Keys that name a file.

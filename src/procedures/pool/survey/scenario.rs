@@ -10,6 +10,7 @@ use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::FormatError;
 use crate::formats::error::read_text;
 use crate::procedures::pool::{JointConfig, SequentialConfig};
+use crate::recorders::recording::Kongsberg;
 use crate::simulate::Scenario;
 use crate::survey::document::Document;
 use crate::survey::problem::{ScenarioError, SurveyError};
@@ -29,7 +30,7 @@ pub struct ScenarioFile {
     pub trajectory: String,
     /// Name of the laser file to write: `.laz`, `.las` or `.csv`.
     pub lidar: String,
-    /// Name of the soundings file to write: `.csv`.
+    /// Name of the soundings file to write: `.csv`, or `.all` or `.kmall` as a recorder's.
     pub multibeam: String,
     /// The sections `[sequential]`, `[joint]`, `[verdict]` and `[large]`, copied to the survey file as they are.
     pub calibration: toml::Table,
@@ -181,9 +182,12 @@ fn parse(
         ("multibeam.path", Some(&multibeam)),
     ]));
     let found = deserialised(text, &mut root, Scenario::check).map_err(|more| faults.extend(more));
-    let Ok(scenario) = found else {
+    let Ok(mut scenario) = found else {
         return Err(placed(&document, &faults));
     };
+    if recorder(&multibeam).is_some() {
+        scenario.multibeam.arrays.get_or_insert_default();
+    }
     if !faults.is_empty() {
         return Err(placed(&document, &faults));
     }
@@ -200,6 +204,11 @@ fn parse(
         calibration,
         scenario,
     })
+}
+
+/// The recorder's format that a soundings file's name asks for.
+pub(super) fn recorder(name: &str) -> Option<Kongsberg> {
+    Kongsberg::of_ending(name.rsplit_once('.')?.1)
 }
 
 fn table_of<'t>(file: &Path, text: &'t str) -> Result<Spanned<DeTable<'t>>, ScenarioError> {

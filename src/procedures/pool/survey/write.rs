@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::scenario::ScenarioFile;
+use super::scenario::{ScenarioFile, recorder};
 use crate::formats::{
     FormatError, las, laser_csv, sbet, sound_speed_csv, soundings_csv, trajectory_csv,
     whole::write_whole,
@@ -37,7 +37,11 @@ pub fn write_survey(
     } else {
         las::write(&lidar, &campaign.laser)?;
     }
-    soundings_csv::write(&folder.join(&file.multibeam), &campaign.soundings)?;
+    let soundings = folder.join(&file.multibeam);
+    match recorder(&file.multibeam) {
+        Some(format) => super::export::write(&soundings, format, survey)?,
+        None => soundings_csv::write(&soundings, &campaign.soundings)?,
+    }
     if let Some(SoundSpeed::Profile(profile)) = &campaign.sound_speed {
         write_profile(&folder.join(PROFILE_FILE), profile)?;
     }
@@ -97,6 +101,8 @@ struct TargetToml {
 #[derive(Serialize)]
 struct TrajectoryToml<'a> {
     path: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time: Option<&'static str>,
     position_sigma_m: f64,
     position_drift_sigma_m: f64,
     drift_correlation_time_s: f64,
@@ -123,8 +129,14 @@ struct LidarToml<'a> {
 #[derive(Serialize)]
 struct MultibeamToml<'a> {
     path: &'a str,
-    lever_arm_m: [f64; 3],
-    mounting_deg: Angles,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lever_arm_m: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mounting_deg: Option<Angles>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    receiver_lever_arm_m: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    receiver_mounting_deg: Option<Angles>,
     range_sigma_m: f64,
     angle_sigma_deg: f64,
     along_angle_sigma_deg: f64,
@@ -148,7 +160,11 @@ impl<'a> SurveyToml<'a> {
             trajectory: trajectory(file),
             lidar: lidar(file, survey),
             multibeam: multibeam(file),
-            sound_speed: survey.campaign.sound_speed.as_ref().map(sound_speed),
+            // a recorder's file has a cast
+            sound_speed: match recorder(&file.multibeam) {
+                Some(_) => None,
+                None => survey.campaign.sound_speed.as_ref().map(sound_speed),
+            },
             calibration: &file.calibration,
         }
     }
@@ -173,6 +189,7 @@ fn trajectory(file: &ScenarioFile) -> TrajectoryToml<'_> {
     let ins = &file.scenario.trajectory;
     TrajectoryToml {
         path: &file.trajectory,
+        time: recorder(&file.multibeam).map(|_| "utc-day"),
         position_sigma_m: ins.position_sigma_m,
         position_drift_sigma_m: ins.position_drift_sigma_m,
         drift_correlation_time_s: ins.drift_correlation_time_s,
@@ -200,10 +217,18 @@ fn lidar<'a>(file: &'a ScenarioFile, survey: &Simulated) -> LidarToml<'a> {
 
 fn multibeam(file: &ScenarioFile) -> MultibeamToml<'_> {
     let sonar = &file.scenario.multibeam;
+    // a recorder's file has an installation record
+    let said = recorder(&file.multibeam).is_none();
+    let arrays = sonar.array_mountings().filter(|_| said);
     MultibeamToml {
         path: &file.multibeam,
-        lever_arm_m: sonar.lever_arm_m,
-        mounting_deg: sonar.mounting_deg,
+        lever_arm_m: said.then_some(sonar.lever_arm_m),
+        mounting_deg: said.then_some(sonar.mounting_deg),
+        receiver_lever_arm_m: arrays.map(|arrays| arrays.receiver.lever_arm_m.into()),
+        receiver_mounting_deg: sonar
+            .arrays
+            .filter(|_| said)
+            .and_then(|arrays| arrays.receiver_mounting_deg),
         range_sigma_m: sonar.range_sigma_m,
         angle_sigma_deg: sonar.angle_sigma_deg,
         along_angle_sigma_deg: sonar.along_angle_sigma_deg,

@@ -2,11 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::super::scene::{Arrays, Line};
+use super::super::scene::Line;
 use super::super::survey::{SeabedScenario, TwoArrays};
 use super::bed::Seabed;
 use super::{Boat, OfHead, Shot, normal, spoil, strike};
 use crate::math;
+use crate::observe::ArrayMountings;
 use crate::stats::stream;
 
 /// What a beam is: whose line, when it is sent, where it looks.
@@ -23,7 +24,7 @@ pub(super) fn shots(
     scenario: &SeabedScenario,
     boat: &Boat<'_>,
     lines: &[Line],
-    (two, arrays, of_head): (&TwoArrays, &Arrays, &OfHead),
+    (two, arrays, of_head): (&TwoArrays, &ArrayMountings, &OfHead),
     seed: u64,
 ) -> Vec<Shot> {
     let bed = Seabed::of(scenario, seed);
@@ -80,7 +81,7 @@ fn heard(
     scenario: &SeabedScenario,
     boat: &Boat<'_>,
     bed: &Seabed,
-    arrays: &Arrays,
+    arrays: &ArrayMountings,
     sent: &Sent<'_>,
 ) -> Option<(f64, f64)> {
     let place = |time_s: f64, mounting: &crate::observe::Mounting| {

@@ -10,11 +10,12 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::scene::{Arrays, Line};
+use super::scene::Line;
 use super::survey::SeabedScenario;
 use super::survey::scenario::FurtherHead;
 use crate::geometry::rotation;
 use crate::math;
+use crate::observe::ArrayMountings;
 use crate::simulate::sources::GaussMarkov;
 use crate::stats::normal::draw;
 use crate::stats::stream;
@@ -284,7 +285,7 @@ fn of_all_heads(
         all.extend(match scenario.two_arrays() {
             Some(two) => {
                 let arrays = head.arrays(head.lever_arm_m);
-                let arrays = Arrays {
+                let arrays = ArrayMountings {
                     transmitter: arrays.transmitter.turned(turn),
                     receiver: arrays.receiver.turned(turn),
                 };

@@ -7,7 +7,7 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3};
 
 use super::super::model::{Locator, Values};
-use super::super::scene::{Arrays, Scene};
+use super::super::scene::Scene;
 use super::super::simulate::{Record, Shot, Simulated};
 use super::super::states::States;
 use super::load::scene_of;
@@ -16,35 +16,12 @@ use super::write;
 use crate::formats::recorder::{
     Attitude, BeamSample, Origin, OwnPoint, Ping, Position, Profile, Sector, Solution,
 };
-use crate::formats::{FormatError, kmall, kongsberg_all, whole};
+use crate::formats::{FormatError, whole};
 use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
 use crate::geometry::{Ecef, Point, Pose, Target, rotation};
 use crate::math;
-use crate::observe::{Mounting, SoundSpeedProfile};
-use crate::units::degrees;
-
-/// Unix time at which a simulation's clock is zero: 2024-06-01 00:00 UTC.
-const EPOCH_S: f64 = 1_717_200_000.0;
-/// Model in the files.
-const MODEL: u16 = 2040;
-/// Serial number of the first head; the others count on.
-const SERIAL: u16 = 101;
-/// Samples of a datagram of attitude.
-const SAMPLES: usize = 100;
-
-/// Where the recorder's sensors stand: of `.all` the antenna, of `.kmall` the motion sensor, which is turned as well.
-fn sensor(format: &str) -> Mounting {
-    let degree = 1f64.to_radians();
-    match format {
-        "all" => Mounting::from_angles(0.0, 0.0, 0.0, Vector3::new(0.4, -1.0, 3.0)),
-        _ => Mounting::from_angles(
-            0.4 * degree,
-            -0.3 * degree,
-            1.0 * degree,
-            Vector3::new(0.1, 0.2, -0.3),
-        ),
-    }
-}
+use crate::observe::{ArrayMountings, Mounting, SoundSpeedProfile};
+use crate::recorders::recording::{EPOCH_S, Kongsberg, Recording};
 
 /// Names of the lines' files.
 fn names(scenario: &SeabedScenario, survey: &Simulated) -> Vec<String> {
@@ -70,10 +47,7 @@ pub fn write(
     for (number, name) in names.iter().enumerate() {
         let path = folder.join(name);
         whole::write_whole(&path, |out: &mut BufWriter<&mut File>| {
-            match scenario.format.as_str() {
-                "all" => export.all(number, out),
-                _ => export.kmall(number, out),
-            }
+            export.recording(number).write(export.format, out)
         })?;
     }
     let path = folder.join("survey.toml");
@@ -123,10 +97,11 @@ fn survey_text(
 struct Export<'a> {
     survey: &'a Simulated,
     /// Of each head.
-    arrays: Vec<Arrays>,
+    arrays: Vec<ArrayMountings>,
     profile: SoundSpeedProfile,
     head_speed_m_s: f64,
     sensor: Mounting,
+    format: Kongsberg,
     frame: Pose<Ecef, Target>,
     scenario: &'a SeabedScenario,
     scene: Scene,
@@ -134,6 +109,7 @@ struct Export<'a> {
 
 impl<'a> Export<'a> {
     fn new(scenario: &'a SeabedScenario, survey: &'a Simulated) -> Self {
+        let format = Kongsberg::of_ending(&scenario.format).unwrap_or(Kongsberg::Kmall);
         let file = write::survey_file(scenario, survey);
         let profile = write::profile(scenario, survey);
         let trajectory = write::trajectory(scenario, survey);
@@ -159,7 +135,8 @@ impl<'a> Export<'a> {
                 .collect(),
             profile,
             head_speed_m_s: scenario.sound_speed_m_s,
-            sensor: sensor(&scenario.format),
+            sensor: format.sensor(),
+            format,
             frame: pose.ecef_from_target(),
             scenario,
             scene,
@@ -275,14 +252,14 @@ impl<'a> Export<'a> {
 
     fn solution(
         &self,
-        (ping, arrays): (&Ping, &Arrays),
+        (ping, arrays): (&Ping, &ArrayMountings),
         time_s: f64,
         points: &[Option<Vector3<f64>>],
     ) -> Option<Solution> {
         let pose = self.scene.trajectory.pose_at(time_s).ok()?;
         let (_, _, heading_rad) = rotation::to_attitude(&pose.rotation);
         let sender_m = pose.rotation * arrays.transmitter.lever_arm_m;
-        let (origin, begin_m) = if self.scenario.format == "all" {
+        let (origin, begin_m) = if self.format == Kongsberg::All {
             let antenna_m = pose.rotation * self.sensor.lever_arm_m;
             let begin_m = Vector3::new(antenna_m.x, antenna_m.y, sender_m.z);
             (Origin::PositionSensorAndArray, begin_m)
@@ -309,114 +286,18 @@ impl<'a> Export<'a> {
         })
     }
 
-    fn all(&self, number: usize, out: &mut impl Write) -> std::io::Result<()> {
-        let mut w = kongsberg_all::write::Writer::new(out, MODEL, SERIAL);
-        let second = self.arrays.get(1).map_or(0, |_| SERIAL + 1);
-        w.installation(self.begin_s(number), &self.all_text(), second)?;
-        w.profile(&self.cast(number))?;
-        let motion: Vec<_> = self
-            .records(number)
-            .iter()
-            .map(|r| self.motion(r))
-            .collect();
-        for part in motion.chunks(SAMPLES) {
-            let samples: Vec<Attitude> = part.iter().map(|m| m.0).collect();
-            w.attitude(&samples)?;
-            for (attitude, position) in part {
-                w.position(position, attitude.heading_rad.unwrap_or(0.0))?;
-            }
+    /// Everything of one line.
+    fn recording(&self, number: usize) -> Recording<'_> {
+        let records = self.records(number);
+        Recording {
+            begin_s: self.begin_s(number),
+            arrays: &self.arrays,
+            sensor: &self.sensor,
+            cast: self.cast(number),
+            motion: records.iter().map(|r| self.motion(r)).collect(),
+            pings: self.pings(number),
         }
-        for (ping, solution) in self.pings(number) {
-            w.head(SERIAL + ping.head as u16 - 1);
-            w.ping(&ping)?;
-            w.solution(&solution, ping.head_speed_m_s)?;
-        }
-        Ok(())
     }
-
-    fn all_text(&self) -> String {
-        let array = |prefix: &str, mounting: &Mounting| {
-            let [x, y, z, r, p, h] = forward_starboard_down(mounting);
-            format!(
-                "{prefix}X={x:.4},{prefix}Y={y:.4},{prefix}Z={z:.4},{prefix}R={r:.4},{prefix}P={p:.4},{prefix}H={h:.4},"
-            )
-        };
-        let [x, y, z, ..] = forward_starboard_down(&self.sensor);
-        let heads = match self.arrays.as_slice() {
-            [first, second] => format!(
-                "STC=4,{}{}{}{}",
-                array("S0", &first.transmitter),
-                array("S1", &second.transmitter),
-                array("S2", &first.receiver),
-                array("S3", &second.receiver),
-            ),
-            all => {
-                let each = all.iter().map(|arrays| {
-                    array("S1", &arrays.transmitter) + &array("S2", &arrays.receiver)
-                });
-                format!("STC=0,{}", each.collect::<String>())
-            }
-        };
-        format!(
-            "WLZ=0.00,{heads}P1M=0,P1T=0,P1X={x:.4},P1Y={y:.4},P1Z={z:.4},P1D=0.0,MSX=0.00,MSY=0.00,MSZ=0.00,MSR=0.00,MSP=0.00,MSG=0.00,MSD=0,APS=0,ARO=2,",
-        )
-    }
-
-    fn kmall(&self, number: usize, out: &mut impl Write) -> std::io::Result<()> {
-        let mut w = kmall::write::Writer::new(out, MODEL);
-        w.installation(self.begin_s(number), &self.kmall_text())?;
-        w.profile(&self.cast(number))?;
-        let motion: Vec<_> = self
-            .records(number)
-            .iter()
-            .map(|r| self.motion(r))
-            .collect();
-        for part in motion.chunks(SAMPLES) {
-            let samples: Vec<_> = part.iter().map(|(a, p)| (*a, Some(*p))).collect();
-            w.motion(&samples)?;
-        }
-        for (ping, solution) in self.pings(number) {
-            w.ping(&ping, &solution)?;
-        }
-        Ok(())
-    }
-
-    fn kmall_text(&self) -> String {
-        let group = |name: &str, mounting: &Mounting, more: &str| {
-            let [x, y, z, r, p, h] = forward_starboard_down(mounting);
-            format!("{name}:X={x:.4};Y={y:.4};Z={z:.4};R={r:.4};P={p:.4};H={h:.4};{more},\n")
-        };
-        let each = |of: fn(&Arrays) -> &Mounting, name: &str, serial: usize| -> String {
-            let heads = self.arrays.iter().enumerate();
-            heads
-                .map(|(k, arrays)| {
-                    let number = format!("N={}", serial + 2 * k);
-                    group(&format!("TRAI_{name}{}", k + 1), of(arrays), &number)
-                })
-                .collect()
-        };
-        let transmitters = each(|a| &a.transmitter, "TX", 101);
-        let receivers = each(|a| &a.receiver, "RX", 102);
-        format!(
-            "OSCV:Empty,EMXV:EM{MODEL},\n{transmitters}{receivers}{}EMXI:SSNL=System;SWLZ=0.0000,\n",
-            group("ATTI_1", &self.sensor, "D=0.000;U=ACTIVE"),
-        )
-    }
-}
-
-/// Offsets forward, starboard, down (metres) and roll, pitch, heading (degrees) as Kongsberg writes them.
-fn forward_starboard_down(mounting: &Mounting) -> [f64; 6] {
-    let arm = mounting.lever_arm_m;
-    let (roll, pitch, heading) = mounting.angles();
-    [
-        arm.y,
-        arm.x,
-        -arm.z,
-        degrees(roll),
-        degrees(pitch),
-        degrees(heading),
-    ]
-    .map(|v| v + 0.0)
 }
 
 /// East, north, up into right, forward, up of a heading.

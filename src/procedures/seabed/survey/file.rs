@@ -2,11 +2,14 @@
 
 use super::super::config::{JointSettings, SeabedConfig};
 use super::super::reference::ReferenceConfig;
-use super::super::scene::{Arrays, Head, InsNoise, Line, Priors, SonarNoise};
+use super::super::scene::{Head, InsNoise, Line, Priors, SonarNoise};
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
-use crate::survey::limits::{ABOVE, DURATION, ELLIPSOID, INVALID, Limits, limits};
+use crate::observe::ArrayMountings;
+use crate::survey::limits::{
+    ABOVE, DURATION, ELLIPSOID, HEAD, INVALID, LEAP_S, Limits, TIMES, WEEK, limits,
+};
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
 use crate::survey::sections::{MountingAngles, Origin};
@@ -20,7 +23,6 @@ pub(crate) const PLACE: Limits = limits(-500.0, 500.0, "metres from -500 to 500"
 pub(crate) const LEVEL: Limits = limits(-1e3, 1e3, "metres from -1000 to 1000");
 pub(crate) const GROWTH: Limits = limits(0.0, 100.0, "a number from 0 to 100");
 /// Time scales of a trajectory beside a recorder's soundings.
-pub(crate) const TIMES: &[&str] = &["utc", "gps", "gps-week", "utc-week", "gps-day", "utc-day"];
 const TIME: Limits = limits(-1e12, 1e12, "seconds within 1e12");
 
 section! {
@@ -81,11 +83,11 @@ section! {
         accuracies: Option<String> = or (None), Kind::Text;
         /// What the times of `path` are where the soundings are a recorder's (UTC): the same, on the GPS scale, or seconds of the week or
         /// of the day on either.
-        time: Option<String> = or (None), Kind::OneOf(TIMES);
+        time: Option<String> = or (None), TIMES;
         /// GPS week of seconds of the week; without it the week of the soundings.
-        week: Option<u32> = or (None), Kind::Count(limits(0.0, 10_000.0, "0 to 10000"));
+        week: Option<u32> = or (None), WEEK;
         /// GPS minus UTC, seconds; without it that of the soundings' date.
-        leap_seconds: Option<f64> = or (None), Kind::Number(limits(0.0, 100.0, "seconds from 0 to 100"));
+        leap_seconds: Option<f64> = or (None), LEAP_S;
         /// Place of the point that `path` gives the positions of, in the body (right, forward, up), metres.
         lever_arm_m: [f64; 3] = or ([0.0; 3]), Kind::Triple(PLACE);
         /// Of a recorder's own navigation: heights above the ellipsoid, or the heave above the water level, the tide left to the lines.
@@ -152,7 +154,7 @@ section! {
         paths: Vec<String> = or (vec![]), Kind::Texts;
         /// Number of the first head: its serial number in recorder files, in a CSV what stands in the column `head`. Without `[[head]]` it is
         /// the only one that is calibrated, where the files have more.
-        head: Option<u32> = or (None), Kind::Count(limits(0.0, 4.3e9, "0 to 4294967295"));
+        head: Option<u32> = or (None), HEAD;
         /// Lever arm in the body (right, forward, up), metres.
         lever_arm_m: [f64; 3] = required, Kind::Triple(PLACE);
         /// Its standard deviations, metres. The vertical one cannot be separated from the heights of the lines and is held.
@@ -182,7 +184,7 @@ section! {
     #[derive(Clone, Debug, PartialEq)]
     pub struct HeadSection {
         /// Its serial number in recorder files, in a CSV what stands in the column `head`.
-        number: u32 = required, Kind::Count(limits(0.0, 4.3e9, "0 to 4294967295"));
+        number: u32 = required, HEAD;
         /// Lever arm in the body (right, forward, up), metres.
         lever_arm_m: [f64; 3] = required, Kind::Triple(PLACE);
         /// Its standard deviations, metres. The height over the first head is sought, as well as both are known upwards.
@@ -227,7 +229,7 @@ impl Place {
     fn head(&self, two: bool) -> Head {
         let (arm_m, angles) = (self.arm_m, self.angles);
         let receiver_arm_m = arm_m.1.unwrap_or(arm_m.0);
-        let arrays = Arrays {
+        let arrays = ArrayMountings {
             transmitter: angles.0.mounting(arm_m.0),
             receiver: angles.1.unwrap_or(angles.0).mounting(receiver_arm_m),
         };

@@ -6,6 +6,8 @@ use super::file::SeabedSurveyFile;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::missing_files;
+use crate::survey::recorded::files::missing_recorders;
+use crate::survey::recorded::mounted::Placed;
 use crate::survey::schema;
 
 /// What the survey file itself gives.
@@ -25,15 +27,6 @@ pub(super) struct Given {
     pub(super) trajectory: Vec<String>,
     /// Sigmas that were not given, with what they are taken to be.
     pub(super) assumed: Vec<String>,
-}
-
-/// What the survey file gives of a head.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Placed {
-    /// `lever_arm_m`.
-    pub(super) arm: bool,
-    /// `mounting_deg`.
-    pub(super) mounting: bool,
 }
 
 /// Keys that recorder files supply, or that have a value to go on with.
@@ -101,16 +94,6 @@ pub(super) fn draft(
     let given = fill(&mut root);
     let file: Result<SeabedSurveyFile, toml::de::Error> = root.try_into();
     Ok((file.map_err(|e| unreadable(e.message()))?, given))
-}
-
-fn missing_recorders(document: &Document<'_>, folder: &Path, names: &[String]) -> Vec<Problem> {
-    let missing = |name: &&String| !folder.join(name).is_file();
-    let problem = |name: &String| {
-        let found = format!("\"{name}\", no such file");
-        let expected = "a readable file, its path relative to the survey file";
-        document.problem(&["multibeam", "paths"], found, expected)
-    };
-    names.iter().filter(missing).map(problem).collect()
 }
 
 /// Lines that say neither their files nor their times.

@@ -8,7 +8,7 @@ use super::super::scene::{DriftSigmas, Line, Scene, Sounding, Water, wave_heave_
 use super::casts;
 use super::file::SeabedSurveyFile;
 use super::heads;
-use super::recorded::{self, recorder_files};
+use super::recorded;
 use crate::calibrate::cloud::Beam;
 use crate::formats::{
     SoundingRecords, TrajectoryRecords, read_soundings, read_trajectory, sound_speed_csv,
@@ -24,6 +24,7 @@ use crate::stats::median;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::{digests, keep, missing_files, read_text, typed};
+use crate::survey::recorded::files::recorder_files;
 use crate::survey::schema;
 
 /// A seabed survey in memory.

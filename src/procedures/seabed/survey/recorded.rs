@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 use super::super::scene::DriftSigmas;
 use super::external::{self, External};
 use super::file::{LineSection, SeabedSurveyFile};
-use super::filled::{self, Given, Placed};
+use super::filled::{self, Given};
 use super::heads;
-use crate::formats::recorder::{Array, Installation, Profile, table, utc};
+use crate::formats::recorder::{Installation, Profile, utc};
 use crate::formats::{SoundingRecords, TrajectoryRecords, sound_speed_csv};
-use crate::observe::{Mounting, SoundSpeedProfile};
-use crate::recorders::navigation::Lacking;
+use crate::observe::SoundSpeedProfile;
 use crate::recorders::observed::ObservedFile;
-use crate::recorders::{Heights, Navigation, Observed, navigation};
+use crate::recorders::{Heights, Navigation, Observed};
 use crate::stats::Moments;
-use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
-use crate::survey::sections::MountingAngles;
+use crate::survey::recorded::files::{losses, read_all};
+use crate::survey::recorded::mounted::{self, OfFile, installation};
+use crate::survey::recorded::navigation;
 use crate::units::degrees;
 
 /// A survey of recorder files in memory.
@@ -39,64 +39,6 @@ pub(super) struct FromRecorders {
     pub(super) named: Vec<String>,
 }
 
-/// The recorder files that a survey file names, as it names them; nothing where its soundings are no recorder's.
-pub(super) fn recorder_files(
-    document: &Document<'_>,
-    folder: &Path,
-) -> Result<Option<Vec<String>>, SurveyError> {
-    let several = document.get(&["multibeam", "paths"]);
-    let several = several.and_then(|value| value.get_ref().as_array());
-    let listed: Vec<String> = several
-        .into_iter()
-        .flat_map(|list| list.iter())
-        .filter_map(|item| Some(item.get_ref().as_str()?.to_owned()))
-        .collect();
-    let single = document.string(&["multibeam", "path"]);
-    match (single, listed.is_empty()) {
-        (Some(_), false) => Err(document
-            .problem(
-                &["multibeam", "paths"],
-                "both path and paths",
-                "one of them",
-            )
-            .into()),
-        (None, false) => Ok(Some(listed)),
-        (Some(name), true) if folder.join(name).is_dir() => in_folder(document, folder, name),
-        (Some(name), true) if table::is_recorder(&folder.join(name)) => {
-            Ok(Some(vec![name.to_owned()]))
-        }
-        _ => Ok(None),
-    }
-}
-
-/// The recorder files of a folder by name.
-fn in_folder(
-    document: &Document<'_>,
-    folder: &Path,
-    name: &str,
-) -> Result<Option<Vec<String>>, SurveyError> {
-    let key = ["multibeam", "path"];
-    let unreadable = |error: std::io::Error| {
-        document.problem(&key, format!("\"{name}\": {error}"), "a readable folder")
-    };
-    let mut found = vec![];
-    for entry in std::fs::read_dir(folder.join(name)).map_err(unreadable)? {
-        let path = entry.map_err(unreadable)?.path();
-        if path.is_file() && table::is_recorder(&path) {
-            let own = path.file_name().unwrap_or_default().to_string_lossy();
-            found.push(format!("{}/{own}", name.trim_end_matches('/')));
-        }
-    }
-    found.sort();
-    if found.is_empty() {
-        let what = format!("\"{name}\", a folder without a recorder's file");
-        return Err(document
-            .problem(&key, what, "a folder of recorder files")
-            .into());
-    }
-    Ok(Some(found))
-}
-
 /// Reads a survey of recorder files.
 pub(super) fn load(
     path: &Path,
@@ -105,7 +47,8 @@ pub(super) fn load(
     names: Vec<String>,
 ) -> Result<FromRecorders, SurveyError> {
     let (mut file, given) = filled::draft(path, text, folder, &names)?;
-    let mut observed = read(folder, &names)?;
+    let paths: Vec<PathBuf> = names.iter().map(|name| folder.join(name)).collect();
+    let mut observed = read_all(&paths)?;
     let (chosen, said) = heads::of_recorders(path, &mut file, &observed)?;
     let mut notes = losses(&observed);
     notes.extend(said);
@@ -122,11 +65,14 @@ pub(super) fn load(
     let (drift, said) = accuracies.unzip();
     notes.extend(said);
     let external = external::read(&file, folder, &observed)?;
-    let paths: Vec<PathBuf> = names.iter().map(|name| folder.join(name)).collect();
     none_of(lines(path, &mut file, &given, &names, &observed))?;
     let navigation = match external {
         Some(External { records, notes }) => Navigation { records, notes },
-        None => own_navigation(&file, &observed, &paths)?,
+        None => navigation::own(
+            first_of(&paths),
+            &observed.recorded,
+            &external::wanted(&file),
+        )?,
     };
     notes.extend(navigation.notes);
     let casts = casts(&file, folder, &observed, &paths)?;
@@ -157,96 +103,6 @@ pub(super) fn load(
         paths,
         named,
     })
-}
-
-fn read(folder: &Path, names: &[String]) -> Result<Observed, SurveyError> {
-    let (mut observed, mut problems) = (Observed::default(), vec![]);
-    for name in names {
-        if let Err(error) = observed.read(&folder.join(name)) {
-            problems.push(Problem::from(error));
-        }
-    }
-    let unfit = observed.files.iter().filter_map(|file| {
-        let refusal = file.summary.refusal.clone();
-        let none = if observed.repeated_pings > 0 {
-            "no pings of its own, all are in another file too"
-        } else {
-            "no pings in the file"
-        };
-        let reason = refusal.or_else(|| file.span_s.is_none().then(|| none.to_owned()))?;
-        let expected =
-            "soundings with angles and travel times (navigation belongs under [trajectory] path)";
-        Some(Problem::new(&file.path, "whole file", reason, expected))
-    });
-    problems.extend(unfit);
-    none_of(problems)?;
-    Ok(observed)
-}
-
-/// What was lost or odd in the files, and notes of their readers.
-fn losses(observed: &Observed) -> Vec<String> {
-    let mut notes: Vec<String> = vec![];
-    for file in &observed.files {
-        let name = file.path.file_name().unwrap_or_default().to_string_lossy();
-        for (what, count) in file.summary.losses.lines() {
-            notes.push(format!("{name}: {count} {what}"));
-        }
-        for said in file.summary.notes.iter().chain(&file.summary.applied) {
-            if !notes.contains(said) {
-                notes.push(said.clone());
-            }
-        }
-    }
-    notes
-}
-
-/// The installation record of all files.
-fn installation(observed: &Observed) -> Result<Option<Installation>, SurveyError> {
-    let with = |file: &&ObservedFile| file.installation.is_some();
-    let mut files = observed.files.iter().filter(with);
-    let Some(first) = files.next() else {
-        return Ok(None);
-    };
-    let places = |record: &Option<Installation>| -> Vec<Array> {
-        record
-            .as_ref()
-            .map(|r| r.arrays.clone())
-            .unwrap_or_default()
-    };
-    for other in files {
-        if places(&other.installation) != places(&first.installation) {
-            let found = format!("arrays mounted differently from {}", first.path.display());
-            let expected = "lines of one mounting";
-            return Err(Problem::new(&other.path, "installation record", found, expected).into());
-        }
-    }
-    let record = first.installation.clone();
-    twice(&first.path, record.as_ref())?;
-    Ok(record)
-}
-
-/// Refuses two heads under one serial number: which of them a sounding is of cannot be told.
-fn twice(path: &Path, record: Option<&Installation>) -> Result<(), SurveyError> {
-    let arrays = record.map(|r| r.arrays.as_slice()).unwrap_or_default();
-    for (k, array) in arrays.iter().enumerate() {
-        let same = |other: &&Array| other.head == array.head && other.role == array.role;
-        if array.head != 0 && arrays[..k].iter().any(|other| same(&other)) {
-            let found = format!("two heads with the serial number {}", array.head);
-            let expected = "a serial number of its own for each head";
-            return Err(Problem::new(path, "installation record", found, expected).into());
-        }
-    }
-    Ok(())
-}
-
-/// A head in the survey file, and what the file itself gives of it.
-struct OfFile<'f> {
-    number: u32,
-    /// Its number in words where there are several.
-    words: String,
-    arm: (&'f mut [f64; 3], &'f mut Option<[f64; 3]>),
-    angles: (&'f mut MountingAngles, &'f mut Option<MountingAngles>),
-    given: Placed,
 }
 
 /// Every head of the survey file.
@@ -284,106 +140,8 @@ fn mountings(
     notes: &mut Vec<String>,
 ) -> Vec<Problem> {
     let heads = of_file(file, given);
-    let of_head = |head: OfFile<'_>| mounting(path, head, installation, notes);
+    let of_head = |head: OfFile<'_>| mounted::mounting(path, head, installation, notes);
     heads.into_iter().flat_map(of_head).collect()
-}
-
-fn mounting(
-    path: &Path,
-    head: OfFile<'_>,
-    installation: Option<&Installation>,
-    notes: &mut Vec<String>,
-) -> Vec<Problem> {
-    let OfFile {
-        number,
-        words,
-        arm,
-        angles,
-        given,
-    } = head;
-    let arrays = installation.and_then(|record| {
-        let mounting = |array: Option<&Array>| Some(array?.mounted.mounting);
-        Some((
-            mounting(record.transmitter(number))?,
-            mounting(record.receiver(number))?,
-        ))
-    });
-    let Some((transmitter, receiver)) = arrays else {
-        let lacking = [("lever_arm_m", given.arm), ("mounting_deg", given.mounting)];
-        let missing = lacking.iter().filter(|key| !key.1);
-        let found = format!("no installation record that says how head {number} is mounted");
-        let problem = |key: &(&str, bool)| {
-            Problem::new(
-                path,
-                "[multibeam]",
-                found.clone(),
-                format!("{} in the survey file", key.0),
-            )
-        };
-        return missing.map(problem).collect();
-    };
-    for (array, mounting) in [("transmit", &transmitter), ("receive", &receiver)] {
-        notes.push(format!(
-            "installation record, {words}{array} array: {}",
-            in_words(mounting)
-        ));
-    }
-    if given.arm {
-        let key = format!("{words}lever_arm_m");
-        note_difference(notes, &key, *arm.0, arm_of(&transmitter), 1e-4);
-    } else {
-        *arm.0 = arm_of(&transmitter);
-        arm.1.get_or_insert(arm_of(&receiver));
-    }
-    if given.mounting {
-        let own = [angles.0.roll, angles.0.pitch, angles.0.heading];
-        let theirs = angles_of(&transmitter);
-        let theirs = [theirs.roll, theirs.pitch, theirs.heading];
-        note_difference(notes, &format!("{words}mounting_deg"), own, theirs, 1e-3);
-    } else {
-        *angles.0 = angles_of(&transmitter);
-        angles.1.get_or_insert(angles_of(&receiver));
-    }
-    vec![]
-}
-
-fn note_difference(notes: &mut Vec<String>, key: &str, own: [f64; 3], theirs: [f64; 3], tell: f64) {
-    if own.iter().zip(theirs).any(|(a, b)| (a - b).abs() > tell) {
-        notes.push(format!(
-            "{key} of the survey file, {own:?}, is used; the installation record says {theirs:?}"
-        ));
-    }
-}
-
-fn arm_of(mounting: &Mounting) -> [f64; 3] {
-    // free of the rounding noise of sums and minus zero
-    mounting
-        .lever_arm_m
-        .map(|v| (1e6 * v).round() / 1e6 + 0.0)
-        .into()
-}
-
-fn angles_of(mounting: &Mounting) -> MountingAngles {
-    let (roll, pitch, heading) = mounting.angles();
-    let [roll, pitch, heading] =
-        [roll, pitch, heading].map(|angle| (1e9 * degrees(angle)).round() / 1e9 + 0.0);
-    MountingAngles {
-        roll,
-        pitch,
-        heading,
-    }
-}
-
-fn in_words(mounting: &Mounting) -> String {
-    let ([right, forward, up], angles) = (arm_of(mounting), angles_of(mounting));
-    let MountingAngles {
-        roll,
-        pitch,
-        heading,
-    } = angles;
-    format!(
-        "{right:.3} m right, {forward:.3} m forward, {up:.3} m up; roll {roll:.3}, pitch {pitch:.3}, heading {heading:.3} deg"
-    )
 }
 
 /// The lines: one of each file, unless the survey file says otherwise.
@@ -444,23 +202,9 @@ fn own_names(lines: &mut [LineSection]) {
     }
 }
 
-/// The trajectory from the recorder's own navigation.
-fn own_navigation(
-    file: &SeabedSurveyFile,
-    observed: &Observed,
-    paths: &[PathBuf],
-) -> Result<Navigation, SurveyError> {
-    let wanted = external::wanted(file);
-    navigation(&observed.recorded, &wanted).map_err(|missing| {
-        let of = paths.first().map_or(Path::new(""), PathBuf::as_path);
-        let problem = |lacking: Lacking| {
-            let found = format!("no {}", lacking.what);
-            Problem::new(of, "navigation", found, lacking.supplied_by)
-        };
-        SurveyError {
-            problems: missing.into_iter().map(problem).collect(),
-        }
-    })
+/// The first file, which messages name.
+fn first_of(paths: &[PathBuf]) -> &Path {
+    paths.first().map_or(Path::new(""), PathBuf::as_path)
 }
 
 /// The casts, each once, in order of time.
@@ -477,12 +221,9 @@ fn casts(
     if let Some(profile) = &file.sound_speed.profile {
         return Ok(vec![(None, sound_speed_csv::read(&folder.join(profile))?)]);
     }
-    let usable = |p: &&Profile| p.depth_m.len() >= 2;
-    let mut all: Vec<&Profile> = observed.recorded.profiles.iter().filter(usable).collect();
-    all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
-    all.dedup_by(|b, a| a.depth_m == b.depth_m && a.speed_m_s == b.speed_m_s);
+    let all = observed.recorded.casts();
     if all.is_empty() {
-        let of = paths.first().map_or(Path::new(""), PathBuf::as_path);
+        let of = first_of(paths);
         let expected = "a CSV with depth_m, sound_speed_m_s as [sound_speed] profile";
         return Err(Problem::new(of, "sound speed", "no sound-speed profile", expected).into());
     }

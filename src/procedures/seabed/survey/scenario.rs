@@ -5,12 +5,12 @@ use std::path::Path;
 use super::super::config::SeabedConfig;
 use super::super::parameters::{self, Parameter};
 use super::super::reference::ReferenceConfig;
-use super::super::scene::Arrays;
 use super::file::{
     GROWTH, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE, SiteSection, TrajectorySection,
 };
 use crate::calibrate::verdict::VerdictConfig;
 use crate::math;
+use crate::observe::ArrayMountings;
 use crate::survey::document::Document;
 use crate::survey::limits::{ABOVE, DURATION, Limits, SPEED, TURN, limits};
 use crate::survey::problem::{Problem, SurveyError, none_of};
@@ -243,11 +243,11 @@ impl SeabedScenario {
 impl FurtherHead {
     /// Nominal mountings of both arrays with this lever arm of the transmit array.
     #[must_use]
-    pub fn arrays(&self, lever_arm_m: [f64; 3]) -> Arrays {
+    pub fn arrays(&self, lever_arm_m: [f64; 3]) -> ArrayMountings {
         let nominal = self.mounting_deg;
         let receiver = self.receiver_mounting_deg.unwrap_or(nominal);
         let receiver_arm_m = std::array::from_fn(|k| lever_arm_m[k] + self.receiver_offset_m[k]);
-        Arrays {
+        ArrayMountings {
             transmitter: nominal.mounting(lever_arm_m),
             receiver: receiver.mounting(receiver_arm_m),
         }
