@@ -390,10 +390,10 @@ fn tied(
         redundancy: nothing(),
         normalised: nothing(),
     };
-    for (k, tie) in ties.ties.iter().enumerate() {
+    for (k, tie) in ties.iter().enumerate() {
         let row = tie.row as usize;
         all.face[row] = i16::try_from(tie.face).unwrap_or(i16::MAX);
-        all.residual_m[row] = distance_m(tie).unwrap_or(f64::NAN);
+        all.residual_m[row] = distance_m(&tie).unwrap_or(f64::NAN);
         if let Some(one) = figures.get(k) {
             all.sigma_m[row] = one.sigma;
             all.redundancy[row] = one.redundancy;

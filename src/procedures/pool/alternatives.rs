@@ -133,8 +133,8 @@ fn adjusted(survey: &Survey, input: &PoolInput, watch: &dyn Watch) -> Tried {
         }
     };
     Tried {
-        share: part(found.soundings.ties.len(), sounded.candidates.len())
-            .min(part(found.returns.ties.len(), near)),
+        share: part(found.soundings.len(), sounded.candidates.len())
+            .min(part(found.returns.len(), near)),
         variance_factor: found.variance_factor(),
         oversize: false,
     }
