@@ -600,6 +600,7 @@ fn soundings(given: &Given<'_, '_>) -> PyResult<Soundings> {
             across_rad,
             along_rad,
         },
+        file: None,
     })
 }
 
@@ -660,6 +661,7 @@ fn columns<'py>(py: Python<'py>, survey: &LoadedSurvey) -> PyResult<Bound<'py, P
         LaserCoordinates::Geocentric => "geocentric",
     };
     all.set_item("laser.frame", frame)?;
+    let s = &s.every(1);
     put("soundings.time_s", &s.time_s)?;
     put("soundings.across_rad", &s.across_rad)?;
     put("soundings.along_rad", &s.along_rad)?;

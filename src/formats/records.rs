@@ -182,6 +182,7 @@ impl SoundingRecords {
             along_rad: self.along_rad,
             range: self.range,
             noise,
+            file: None,
         }
     }
 }

@@ -102,6 +102,7 @@ impl Soundings {
             across_rad,
             range: SoundingRange::Metres(range_m),
             noise: SonarNoise::shallow_water(),
+            file: None,
         }
     }
 }

@@ -225,5 +225,6 @@ fn empty(scenario: &Scenario) -> Soundings {
             across_rad: m.angle_sigma_deg.to_radians(),
             along_rad: m.along_angle_sigma_deg.to_radians(),
         },
+        file: None,
     }
 }

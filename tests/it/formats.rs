@@ -131,6 +131,7 @@ proptest! {
             along_rad: rows.iter().map(|r| r.1).collect(),
             range: if times { SoundingRange::TwoWayTravelTime(range) } else { SoundingRange::Metres(range) },
             noise: SonarNoise { range_m: 0.0, across_rad: 0.0, along_rad: 0.0 },
+            file: None,
         };
         let mut bytes = vec![];
         soundings_csv::write_to(&mut bytes, &given).expect("write");

@@ -74,6 +74,7 @@ struct Row<'s> {
 
 fn rows(survey: &LoadedSurvey) -> [Row<'_>; 3] {
     let (file, campaign, counts) = (&survey.file, &survey.campaign, &survey.counts);
+    let sounded_s = campaign.soundings.span_s();
     let row = |name, path, count, dropped, time_s: &[f64]| Row {
         name,
         path,
@@ -101,7 +102,7 @@ fn rows(survey: &LoadedSurvey) -> [Row<'_>; 3] {
             &file.multibeam.path,
             counts.soundings,
             counts.soundings_dropped,
-            &campaign.soundings.time_s,
+            sounded_s.as_ref().map_or(&[], |span| &span[..]),
         ),
     ]
 }

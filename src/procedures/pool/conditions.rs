@@ -281,7 +281,7 @@ impl SoundingConditions<'_> {
         sight.reach(mounting, &adjusted.partials.vector_m);
         Some(SoundingSight {
             by_range: in_sensor.dot(&adjusted.partials.vector_m) / (1.0 + scale),
-            stamp_s: self.scene.campaign.soundings.time_s[tie.row as usize] - latency_s,
+            stamp_s: self.scene.campaign.soundings.at_s(tie.row as usize) - latency_s,
             weight_before: seen.weight_before,
             sight,
             plane,
@@ -507,7 +507,7 @@ impl Conditions for SoundingConditions<'_> {
         let (Some((cells, passes)), Some(tie)) = (self.cells, self.ties.get(k)) else {
             return self.group;
         };
-        let time_s = self.scene.campaign.soundings.time_s[tie.row as usize];
+        let time_s = self.scene.campaign.soundings.at_s(tie.row as usize);
         cells.number(self.group, passes.at(time_s), tie.face)
     }
 

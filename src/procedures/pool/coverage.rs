@@ -96,7 +96,7 @@ impl Coverage {
 
 /// Ties thinned evenly and split where the time jumps.
 fn passes(scene: &Scene, ties: &TieSet) -> Vec<Vec<Tie>> {
-    let time_s = |t: &Tie| scene.campaign.soundings.time_s[t.row as usize];
+    let time_s = |t: &Tie| scene.campaign.soundings.at_s(t.row as usize);
     let mut passes: Vec<Vec<Tie>> = vec![];
     for tie in ties.iter().step_by(ties.len().div_ceil(LOOKED_AT).max(1)) {
         match passes.last_mut() {

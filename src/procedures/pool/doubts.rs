@@ -43,7 +43,7 @@ impl Passes {
     /// Passes of the tied soundings.
     #[must_use]
     pub fn of(scene: &Scene, ties: &TieSet) -> Self {
-        let time_s = |row: u32| scene.campaign.soundings.time_s[row as usize];
+        let time_s = |row: u32| scene.campaign.soundings.at_s(row as usize);
         let (mut before_s, mut begins_s) = (f64::INFINITY, vec![]);
         for now_s in ties.iter().map(|tie| time_s(tie.row)) {
             if now_s - before_s > PASS_GAP_S {
@@ -303,7 +303,7 @@ impl<'a> Doubts<'a> {
         let tie = self.soundings.ties.get(k)?;
         let (sight, columns) = (&seen.sight, &self.columns);
         let by_beam = seen.adjusted.partials.jacobian.tr_mul(&seen.in_sensor);
-        let across_rad = self.scene.campaign.soundings.across_rad[tie.row as usize];
+        let [across_rad, ..] = self.scene.campaign.soundings.measured(tie.row as usize);
         let gradient = || -seen.by_range * (sight.rotation * sight.turned).z / 20.0;
         push_one(columns.latency, || self.late(sight, seen.stamp_s), push);
         push_one(columns.range_scale, || seen.by_range, push);

@@ -205,7 +205,7 @@ fn split(scene: &Scene, ties: &TieSet) -> Vec<PassSpan> {
     let mut passes: Vec<PassSpan> = vec![];
     let mut last_s = f64::NEG_INFINITY;
     for tie in ties {
-        let time_s = scene.campaign.soundings.time_s[tie.row as usize];
+        let time_s = scene.campaign.soundings.at_s(tie.row as usize);
         let Some(pose) = scene.sounding_pose(tie.row as usize, 0.0) else {
             continue;
         };

@@ -125,6 +125,7 @@ impl Loaded for LoadedSurvey {
         let provenance = provenance(&file, &self.inputs, settings)?;
         let result = summary::result(&outcome, &input, dropped, &self.notes, provenance)?;
         let page = summary::page(&outcome, &result, &file.name, truth.as_ref())?;
+        whole(self)?;
         Ok(Finished { result, page })
     }
 
@@ -136,6 +137,7 @@ impl Loaded for LoadedSurvey {
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
         progress.begin("looking at the geometry")?;
         let preview = preview(&input(self, settings), progress).map_err(InputError::unworkable)?;
+        whole(self)?;
         Ok(checked(self, &preview))
     }
 
@@ -151,6 +153,14 @@ impl Loaded for LoadedSurvey {
         };
         Ok(claims(self).map(|claims| Box::new(observed(claims)) as Box<dyn Tried>))
     }
+}
+
+/// Refuses what was made of soundings that could not be read again from their file.
+fn whole(survey: &LoadedSurvey) -> Result<(), InputError> {
+    let fault = survey.campaign.soundings.fault().cloned();
+    fault.map_or(Ok(()), |fault| {
+        Err(InputError::unworkable(PoolError::from(fault)))
+    })
 }
 
 /// A loaded survey as the calibration takes it, without unknowns of the caller's own.

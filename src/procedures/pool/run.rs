@@ -18,6 +18,7 @@ use super::verdict::Refusal;
 use crate::adjust::AdjustError;
 pub use crate::calibrate::choices::Method;
 use crate::calibrate::verdict::Doubted;
+use crate::files::spill::SpillError;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::{Plane, PlaneFit};
 use crate::georef::{RayError, georeference};
@@ -86,6 +87,9 @@ pub enum PoolError {
         /// What would be right.
         expected: String,
     },
+    /// Soundings that were kept in a file cannot be read from it again.
+    #[error("soundings: {0}")]
+    File(#[from] SpillError),
     /// Stopped by whoever watches.
     #[error(transparent)]
     Stopped(#[from] Stopped),
@@ -163,7 +167,11 @@ pub fn calibrate_with<'a>(
     let mut scene = Scene::prepare(input.campaign, input.target, input.prior)?;
     scene.extras = input.extras;
     let outcome = calibrate_scene(input, scene, further, progress)?;
-    Ok(explained(input, outcome, progress)?)
+    let outcome = explained(input, outcome, progress)?;
+    match input.campaign.soundings.fault() {
+        Some(fault) => Err(fault.clone().into()),
+        None => Ok(outcome),
+    }
 }
 
 /// Refuses unknowns of the caller's own that cannot be used, or whose name another parameter has.

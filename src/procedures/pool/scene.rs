@@ -186,18 +186,18 @@ impl<'a> Scene<'a> {
     #[must_use]
     pub fn beam(&self, k: usize, pose: &PoseSample, mounting: &Mounting) -> Option<Beam> {
         let s = &self.campaign.soundings;
-        let (across_rad, along_rad) = (s.across_rad[k], s.along_rad[k]);
+        let [across_rad, along_rad, range] = s.measured(k);
         match &s.range {
-            SoundingRange::Metres(range) => Some(Beam {
-                range_m: range[k],
+            SoundingRange::Metres(_) => Some(Beam {
+                range_m: range,
                 across_rad,
                 along_rad,
             }),
-            SoundingRange::TwoWayTravelTime(time_s) => {
+            SoundingRange::TwoWayTravelTime(_) => {
                 let launch = Launch {
                     across_rad,
                     along_rad,
-                    two_way_s: time_s[k],
+                    two_way_s: range,
                 };
                 self.water.as_ref()?.refract(&launch, pose, mounting).ok()
             }
@@ -208,8 +208,10 @@ impl<'a> Scene<'a> {
     #[must_use]
     pub fn sounding_pose(&self, k: usize, latency_s: f64) -> Option<PoseSample> {
         let kept = self.poses.of_sounding(k).filter(|_| latency_s == 0.0);
-        let moment = || self.campaign.soundings.time_s[k] - latency_s;
-        kept.unwrap_or_else(|| self.trajectory.pose_at(moment()).ok())
+        kept.unwrap_or_else(|| {
+            let moment_s = self.campaign.soundings.at_s(k) - latency_s;
+            self.poses.again(&self.trajectory, moment_s)
+        })
     }
 
     /// Record of the trajectory before the time of sounding `k`, less the latency; `None` outside the trajectory.
@@ -217,7 +219,7 @@ impl<'a> Scene<'a> {
     pub fn sounding_record(&self, k: usize, latency_s: f64) -> Option<u32> {
         let kept = self.poses.of_sounding(k).filter(|_| latency_s == 0.0);
         kept.map_or_else(
-            || self.record_before(self.campaign.soundings.time_s[k] - latency_s),
+            || self.record_before(self.campaign.soundings.at_s(k) - latency_s),
             |pose| Some(pose?.record),
         )
     }

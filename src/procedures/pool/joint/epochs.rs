@@ -42,7 +42,7 @@ impl Epochs {
                 .iter()
                 .for_each(|t| mark(scene.campaign.laser.time_s[t.row as usize]));
         }
-        soundings.for_each(|k| mark(scene.campaign.soundings.time_s[k as usize]));
+        soundings.for_each(|k| mark(scene.campaign.soundings.at_s(k as usize)));
         let mut of_record = vec![u32::MAX; needed.len()];
         let mut times_s = vec![];
         for (record, _) in needed.iter().enumerate().filter(|(_, n)| **n) {

@@ -141,9 +141,9 @@ fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample
             nominal_residual_m: off(&before),
             residual_m: each(&at, off),
             used: tie.is_some(),
-            across_deg: outcome.scene.campaign.soundings.across_rad[*row].to_degrees(),
+            across_deg: outcome.scene.campaign.soundings.measured(*row)[0].to_degrees(),
             range_m: outcome.scene.beam(*row, &pose, &mounting)?.range_m,
-            time_s: outcome.scene.campaign.soundings.time_s[*row],
+            time_s: outcome.scene.campaign.soundings.at_s(*row),
             stated_sigma_m: tie.and_then(|t| {
                 let plane = residuals.faces[t.face as usize]?;
                 stated_sigma_m(outcome, *row, &mounting, &plane.normal)
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn rows_are_shown_once_in_order_with_their_ties() {
-        let tie = |k| Tie {
+        let tie = |k: u32| Tie {
             row: 2 * k,
             face: 3,
         };

@@ -4,19 +4,20 @@ use std::path::{Path, PathBuf};
 
 use super::file::{CoordinatesName, SurveyFile};
 use super::observations::{
-    laser_problem, place_laser, place_soundings, shift, to_geocentric, trajectory_problem,
+    laser_problem, no_room, place_laser, place_soundings, place_streamed, shift, to_geocentric,
+    trajectory_problem,
 };
 use super::rules;
 use crate::formats::digest::Stamps;
 use crate::formats::week;
 use crate::formats::{
-    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_laser_cloud,
-    read_sound_speed, read_soundings, read_trajectory,
+    FaultKind, LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_laser_cloud,
+    read_sound_speed, read_soundings_within, read_trajectory,
 };
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{
-    Campaign, GeodeticTrajectory, LaserCoordinates, LaserNoise, SonarNoise, SoundSpeed,
-    SoundSpeedProfile, SoundingRange,
+    Campaign, GeodeticTrajectory, LaserCoordinates, LaserNoise, Room, SonarNoise, SoundSpeed,
+    SoundSpeedProfile, SoundingFile, SoundingRange,
 };
 use crate::results::InputFile;
 use crate::survey::document::Document;
@@ -163,6 +164,8 @@ struct Contents {
     trajectory: TrajectoryRecords,
     laser: LaserRecords,
     soundings: SoundingRecords,
+    /// Where there was no room for the soundings: all of them, and their columns are empty.
+    streamed: Option<SoundingFile>,
     profile: Option<SoundSpeedProfile>,
 }
 
@@ -188,29 +191,37 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
     let soundings = keep(&mut problems, soundings);
     let profile = keep(&mut problems, profile.map_err(SurveyError::from));
     match (target, trajectory, laser, soundings, profile) {
-        (Some((model, target)), Some(trajectory), Some(laser), Some(soundings), Some(profile)) => {
-            Ok(Contents {
-                model,
-                target,
-                trajectory,
-                laser,
-                soundings,
-                profile,
-            })
-        }
+        (
+            Some((model, target)),
+            Some(trajectory),
+            Some(laser),
+            Some((soundings, streamed)),
+            Some(profile),
+        ) => Ok(Contents {
+            model,
+            target,
+            trajectory,
+            laser,
+            soundings,
+            streamed,
+            profile,
+        }),
         _ => Err(SurveyError { problems }),
     }
 }
 
 /// Soundings of one head: the pool's model has one mounting for sending and hearing.
-fn checked_soundings(file: &SurveyFile, path: &Path) -> Result<SoundingRecords, SurveyError> {
-    let records = read_soundings(path, file.multibeam.invalid)?;
+fn checked_soundings(
+    file: &SurveyFile,
+    path: &Path,
+) -> Result<(SoundingRecords, Option<SoundingFile>), SurveyError> {
+    let (records, streamed) = read_within(file, path)?;
     if records.heads().len() > 1 {
         let expected = "soundings of one head; several are for procedure = \"seabed\"";
         return Err(Problem::new(path, "column head", "several heads", expected).into());
     }
     if records.arrays.is_none() {
-        return Ok(records);
+        return Ok((records, streamed));
     }
     let expected =
         "across_angle_deg and along_angle_deg; two arrays are for procedure = \"seabed\"";
@@ -221,6 +232,24 @@ fn checked_soundings(file: &SurveyFile, path: &Path) -> Result<SoundingRecords, 
         expected,
     )
     .into())
+}
+
+/// What soundings may take in memory.
+fn room(file: &SurveyFile) -> Room {
+    let large = file.large.clone().unwrap_or_default();
+    large.room(&file.joint.large)
+}
+
+/// The soundings; what there is no room for is in a file.
+fn read_within(
+    file: &SurveyFile,
+    path: &Path,
+) -> Result<(SoundingRecords, Option<SoundingFile>), SurveyError> {
+    let read = read_soundings_within(path, file.multibeam.invalid, &room(file));
+    read.map_err(|error| match error.kind {
+        FaultKind::Unwritable => no_room(&error.file, &error.found).into(),
+        _ => error.into(),
+    })
 }
 
 fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecords, SurveyError> {
@@ -296,6 +325,7 @@ fn compose(
         mut trajectory,
         mut laser,
         mut soundings,
+        streamed,
         profile,
     } = contents;
     let mut on_reading = std::mem::take(&mut trajectory.notes);
@@ -310,6 +340,7 @@ fn compose(
     );
     shift(&mut laser.time_s, file.lidar.time_offset_s);
     shift(&mut soundings.time_s, file.multibeam.time_offset_s);
+    let streamed = streamed.map(|s| s.shifted(file.multibeam.time_offset_s));
     let mut problems = vec![];
     let speed = sound_speed(&file, paths, &soundings.range, profile);
     let speed = keep(&mut problems, speed.map_err(SurveyError::from)).flatten();
@@ -318,6 +349,7 @@ fn compose(
         laser,
         laser_noise: file.lidar.noise(),
         soundings,
+        streamed,
         sonar_noise: file.multibeam.noise(),
         sound_speed: speed,
     };
@@ -344,6 +376,8 @@ pub(super) struct Observed {
     pub(super) laser: LaserRecords,
     pub(super) laser_noise: LaserNoise,
     pub(super) soundings: SoundingRecords,
+    /// As in what was read.
+    pub(super) streamed: Option<SoundingFile>,
     pub(super) sonar_noise: SonarNoise,
     pub(super) sound_speed: Option<SoundSpeed>,
 }
@@ -363,14 +397,21 @@ pub(super) fn placed(
         Ok(0)
     };
     let laser_dropped = keep(&mut problems, laser_dropped.map_err(SurveyError::from));
-    let dropped = place_soundings(names[1], &mut observed.soundings, trajectory);
+    let dropped = match &mut observed.streamed {
+        None => place_soundings(names[1], &mut observed.soundings, trajectory),
+        Some(streamed) => place_streamed(names[1], streamed, trajectory, &room(file)),
+    };
     let dropped = keep(&mut problems, dropped.map_err(SurveyError::from));
     none_of(problems)?;
+    let mut soundings = observed.soundings.into_soundings(observed.sonar_noise);
+    soundings.file = observed.streamed;
+    let soundings = soundings.within(&room(file));
+    let soundings = soundings.map_err(|e| no_room(Path::new(&e.folder), &e.refused()))?;
     let counts = Counts {
         trajectory: observed.trajectory.time_s.len(),
         laser: observed.laser.len(),
         laser_dropped: laser_dropped.unwrap_or(0),
-        soundings: observed.soundings.len(),
+        soundings: soundings.len(),
         soundings_dropped: dropped.unwrap_or(0),
     };
     let campaign = Campaign {
@@ -382,7 +423,7 @@ pub(super) fn placed(
             .multibeam
             .mounting_deg
             .mounting(file.multibeam.lever_arm_m),
-        soundings: observed.soundings.into_soundings(observed.sonar_noise),
+        soundings,
         sound_speed: observed.sound_speed,
         water_level_m: file.target.water_level_m,
     };
