@@ -153,16 +153,18 @@ fn taken(
             along_rad,
             range,
         };
-        taken.take(row, table.expected_rows()).map_err(no_room)
+        taken
+            .take(row, table.expected_rows())
+            .map_err(|error| no_room(&error))
     })?;
     check_angle_unit(&table, &taken, across)?;
-    let (mut records, streamed) = taken.ended(column == 5).map_err(no_room)?;
+    let (mut records, streamed) = taken.ended(column == 5).map_err(|error| no_room(&error))?;
     records.notes.extend(left_out);
     records.arrays = cones.then_some(arrays);
     Ok((records, streamed))
 }
 
-fn no_room(error: SpillError) -> FormatError {
+fn no_room(error: &SpillError) -> FormatError {
     let found = error.refused();
     let (folder, expected) = (Path::new(&error.folder), "room for the soundings");
     FormatError::new(FaultKind::Unwritable, folder, Place::File, found, expected)
@@ -463,4 +465,69 @@ fn write_arrays_to(out: &mut impl Write, records: &SoundingRecords) -> std::io::
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(count: usize) -> String {
+        let mut text = "time_s,ping,beam,across_angle_deg,along_angle_deg,range_m\n".to_owned();
+        for k in 0..count {
+            let (ping, beam) = (k / 20, k % 20);
+            let time_s = 0.1 * ping as f64;
+            text += &format!(
+                "{time_s},{ping},{beam},{},0.5,{}\n",
+                5 * beam,
+                3.0 + 0.001 * k as f64
+            );
+        }
+        text
+    }
+
+    /// Whether the rows are expected to fit or not, whether they do or not, and wherever they stop to.
+    #[test]
+    fn rows_without_room_are_in_the_file_and_the_same() {
+        let (text, file) = (rows(10_000), Path::new("s.csv"));
+        let of = |bytes: u64, size: u64| {
+            let room = Room {
+                bytes,
+                folder: None,
+            };
+            let source = text.as_bytes();
+            taken(file, source, size, Invalid::Error, Some(&room)).expect("soundings")
+        };
+        let (all, none) = of(u64::MAX, text.len() as u64);
+        assert!(none.is_none() && all.len() == 10_000);
+        for (bytes, size) in [(0, text.len() as u64), (399_999, 1), (40_000, 1)] {
+            let (empty, streamed) = of(bytes, size);
+            let streamed = streamed.expect("a file");
+            assert!(empty.is_empty() && streamed.len() == 10_000);
+            for k in 0..10_000 {
+                let row = streamed.row(k);
+                let measured = [all.across_rad[k], all.along_rad[k], all.range.values()[k]];
+                assert_eq!(
+                    (row.time_s, row.ping, row.beam),
+                    (all.time_s[k], all.ping[k], all.beam[k])
+                );
+                assert_eq!([row.across_rad, row.along_rad, row.range], measured);
+            }
+        }
+    }
+
+    #[test]
+    fn angles_in_radians_are_refused_in_a_file_too() {
+        let room = Room {
+            bytes: 0,
+            folder: None,
+        };
+        let header = rows(0);
+        let radians: String = (0..20)
+            .map(|b| format!("0,0,{b},{},0,3\n", 0.05 * f64::from(b)))
+            .collect();
+        let text = format!("{header}{radians}");
+        let source = text.as_bytes();
+        let refused = taken(Path::new("s.csv"), source, 100, Invalid::Error, Some(&room));
+        assert_eq!(refused.unwrap_err().kind, FaultKind::WrongUnit);
+    }
 }

@@ -190,7 +190,7 @@ impl TieSet {
 
     /// The ties from a row on.
     #[must_use]
-    pub(super) fn from_row(&self, row: usize) -> Ties<'_> {
+    pub(super) fn beginning_at(&self, row: usize) -> Ties<'_> {
         if self.thin {
             let first = self.marks.partition_point(|mark| (*mark as usize) < row);
             return self.from(first);
@@ -373,13 +373,13 @@ mod tests {
         let mut all = set(&pairs);
         for (k, &(row, face)) in pairs.iter().enumerate() {
             assert_eq!(all.get(k), Some(Tie { row, face }));
-            assert_eq!(all.from_row(row as usize).next(), all.get(k));
+            assert_eq!(all.beginning_at(row as usize).next(), all.get(k));
             assert_eq!(all.from(k).count(), 19 - k);
         }
         assert_eq!((all.get(19), all.len()), (None, 19));
         let thin = all.thinned(7);
         assert_eq!((thin.len(), thin.get(6)), (7, all.get(18)));
-        assert_eq!(thin.from_row(8).next(), all.get(6));
+        assert_eq!(thin.beginning_at(8).next(), all.get(6));
         all.retain(Reason::GrossError, |tie| tie.row != 17);
         assert_eq!(
             (all.len(), all.get(8)),

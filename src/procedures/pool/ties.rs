@@ -200,7 +200,7 @@ impl Among<'_> {
     fn from(&self, i: usize) -> impl Iterator<Item = (usize, Option<u16>)> + '_ {
         let ties = match self {
             Self::All => None,
-            Self::AllLike(set) => Some(set.from_row(i)),
+            Self::AllLike(set) => Some(set.beginning_at(i)),
             Self::Tied(set) => Some(set.from(i)),
         };
         let only_tied = matches!(self, Self::Tied(_));
