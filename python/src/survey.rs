@@ -390,10 +390,10 @@ fn tied(
         redundancy: nothing(),
         normalised: nothing(),
     };
-    for (k, tie) in ties.ties.iter().enumerate() {
+    for (k, tie) in ties.iter().enumerate() {
         let row = tie.row as usize;
         all.face[row] = i16::try_from(tie.face).unwrap_or(i16::MAX);
-        all.residual_m[row] = distance_m(tie).unwrap_or(f64::NAN);
+        all.residual_m[row] = distance_m(&tie).unwrap_or(f64::NAN);
         if let Some(one) = figures.get(k) {
             all.sigma_m[row] = one.sigma;
             all.redundancy[row] = one.redundancy;
@@ -601,6 +601,7 @@ fn soundings(given: &Given<'_, '_>) -> PyResult<Soundings> {
             along_rad,
         },
         arrays: None,
+        file: None,
     })
 }
 
@@ -661,6 +662,7 @@ fn columns<'py>(py: Python<'py>, survey: &LoadedSurvey) -> PyResult<Bound<'py, P
         LaserCoordinates::Geocentric => "geocentric",
     };
     all.set_item("laser.frame", frame)?;
+    let s = &s.every(1);
     put("soundings.time_s", &s.time_s)?;
     put("soundings.across_rad", &s.across_rad)?;
     put("soundings.along_rad", &s.along_rad)?;

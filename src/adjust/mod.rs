@@ -4,6 +4,7 @@
 //! [`Solution`]; [`assess`] judges it.
 
 mod accumulate;
+mod bits;
 mod block;
 mod chain;
 mod chart;
@@ -38,6 +39,7 @@ mod store;
 #[cfg(test)]
 mod toys;
 
+pub use bits::Bits;
 pub use chain::{ChainModel, ChainState, Process, ProcessKind, VISIBLE};
 pub use chart::{Chart, tangent_basis};
 pub use condition::{ChainRow, Conditions, MAX_COLUMNS, Row};

@@ -1,5 +1,6 @@
 //! A problem: sets of conditions over parameters and, optionally, a chain.
 
+use super::bits::Bits;
 use super::chain::{ChainModel, ChainState};
 use super::condition::Conditions;
 use super::large::Large;
@@ -11,8 +12,8 @@ use crate::watch::Watch;
 pub struct Source<'a> {
     /// The conditions.
     pub conditions: &'a dyn Conditions,
-    /// True switches a condition off (after data snooping); `None` leaves all on. As long as the set.
-    pub ignored: Option<&'a [bool]>,
+    /// A mark switches a condition off (after data snooping); `None` leaves all on. As long as the set.
+    pub ignored: Option<&'a Bits>,
 }
 
 impl<'a> Source<'a> {
@@ -27,7 +28,7 @@ impl<'a> Source<'a> {
     /// Whether condition `k` takes part.
     #[inline]
     pub fn takes_part(&self, k: usize) -> bool {
-        self.ignored.is_none_or(|ignored| !ignored[k])
+        self.ignored.is_none_or(|ignored| !ignored.get(k))
     }
 }
 
@@ -90,11 +91,7 @@ impl<'a> Problem<'a> {
 
     /// Conditions that take part.
     pub fn condition_count(&self) -> usize {
-        let ignored = |source: &Source| {
-            source
-                .ignored
-                .map_or(0, |mask| mask.iter().filter(|off| **off).count())
-        };
+        let ignored = |source: &Source| source.ignored.map_or(0, Bits::count);
         self.sources
             .iter()
             .map(|source| source.conditions.len() - ignored(source))

@@ -1,5 +1,6 @@
 //! Loops around a solve: data snooping and variance components.
 
+use super::bits::Bits;
 use super::error::AdjustError;
 use super::kernel::Kernel;
 use super::mestimate::robust_covariance;
@@ -16,7 +17,7 @@ pub struct Snooped {
     /// Its judgement.
     pub quality: Quality,
     /// Per set: conditions switched off, those switched off beforehand included.
-    pub ignored: Vec<Vec<bool>>,
+    pub ignored: Vec<Bits>,
     /// Conditions switched off by snooping, in the order of their removal.
     pub removed: Vec<(usize, usize)>,
     /// Whether the last round found nothing more.
@@ -39,7 +40,7 @@ pub fn snoop(
     quality_options: &QualityOptions,
     rounds: usize,
 ) -> Result<Snooped, AdjustError> {
-    let mut ignored: Vec<Vec<bool>> = problem.sources.iter().map(mask).collect();
+    let mut ignored: Vec<Bits> = problem.sources.iter().map(mask).collect();
     let mut removed = Vec::new();
     let mut start = start;
     let plain = Options {
@@ -63,7 +64,7 @@ pub fn snoop(
         }
         found
             .iter()
-            .for_each(|(set, condition)| ignored[*set][*condition] = true);
+            .for_each(|(set, condition)| ignored[*set].set(*condition));
         removed.extend(found);
         start = solution.estimate;
     }
@@ -88,13 +89,12 @@ fn finished(
     Ok(solution)
 }
 
-fn mask(source: &Source) -> Vec<bool> {
-    source
-        .ignored
-        .map_or_else(|| vec![false; source.conditions.len()], <[bool]>::to_vec)
+fn mask(source: &Source) -> Bits {
+    let none = || Bits::none(source.conditions.len());
+    source.ignored.cloned().unwrap_or_else(none)
 }
 
-fn without<'a>(problem: &Problem<'a>, ignored: &'a [Vec<bool>]) -> Problem<'a> {
+fn without<'a>(problem: &Problem<'a>, ignored: &'a [Bits]) -> Problem<'a> {
     let mut reduced = problem.clone();
     reduced
         .sources
@@ -246,7 +246,7 @@ mod tests {
         removed.sort_unstable();
         assert_eq!(removed, [77, 78, 500, 801]);
         assert!(snooped.finished);
-        assert_eq!(snooped.ignored[0].iter().filter(|off| **off).count(), 4);
+        assert_eq!(snooped.ignored[0].count(), 4);
     }
 
     /// Observations of the second group are three times as noisy as they claim: a factor of nine on their variance.

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -127,8 +128,6 @@ pub(super) struct Survey {
     pub effects: Vec<Effect>,
     /// Set, condition and figures of every condition, where all are asked for.
     all: Vec<(usize, usize, Figures)>,
-    /// Normalised residual, without sign, below which nothing is ranked any more.
-    floor: f64,
 }
 
 impl Survey {
@@ -139,7 +138,6 @@ impl Survey {
             worst: vec![],
             effects: vec![Effect::default(); sought],
             all: vec![],
-            floor: 0.0,
         }
     }
 
@@ -166,36 +164,56 @@ impl Survey {
         }
     }
 
-    /// Keeps the `keep` worst.
-    fn rank(&mut self, mut one: ConditionQuality, effects: &[f64], keep: usize) {
-        if one.normalised.abs() < self.floor {
-            return;
+    fn merge(&mut self, other: Survey) {
+        merge_groups(&mut self.groups, &other.groups);
+        merge_groups(&mut self.cells, &other.cells);
+        self.all.extend(other.all);
+        for (mine, theirs) in self.effects.iter_mut().zip(other.effects) {
+            if theirs.size > mine.size {
+                *mine = theirs;
+            }
         }
-        one.effects = effects.to_vec();
-        self.worst.push(one);
-        if self.worst.len() >= 2 * keep + 64 {
+    }
+}
+
+/// The worst conditions among those looked at so far, by whichever thread.
+#[derive(Default)]
+struct Ranking {
+    worst: Vec<ConditionQuality>,
+    /// Normalised residual, without sign, below which nothing is ranked any more.
+    floor: f64,
+}
+
+impl Ranking {
+    /// Ranks a condition.
+    fn rank(&mut self, mut one: ConditionQuality, effects: &[f64], keep: usize) {
+        if one.normalised.abs() >= self.floor {
+            one.effects = effects.to_vec();
+            self.worst.push(one);
+            self.cut_beyond(2 * keep + 64, keep);
+        }
+    }
+
+    /// Takes up what another ranked.
+    fn merge(&mut self, other: Ranking, keep: usize) {
+        let floor = self.floor;
+        let near = |one: &ConditionQuality| one.normalised.abs() >= floor;
+        self.worst.extend(other.worst.into_iter().filter(near));
+        self.cut_beyond(2 * keep + 64, keep);
+    }
+
+    fn cut_beyond(&mut self, most: usize, keep: usize) {
+        if self.worst.len() >= most {
             self.cut(keep);
         }
     }
 
+    /// Leaves the `keep` worst, worst first.
     fn cut(&mut self, keep: usize) {
         self.worst.sort_unstable_by(worse);
         self.worst.truncate(keep);
         if self.worst.len() == keep {
             self.floor = self.worst.last().map_or(0.0, |w| w.normalised.abs());
-        }
-    }
-
-    fn merge(&mut self, other: Survey, keep: usize) {
-        merge_groups(&mut self.groups, &other.groups);
-        merge_groups(&mut self.cells, &other.cells);
-        self.worst.extend(other.worst);
-        self.all.extend(other.all);
-        self.cut(keep);
-        for (mine, theirs) in self.effects.iter_mut().zip(other.effects) {
-            if theirs.size > mine.size {
-                *mine = theirs;
-            }
         }
     }
 }
@@ -275,15 +293,16 @@ fn surveyed(
         sought: solution.estimate.parameters.sought_columns(),
         kernel: solution.kernel,
         keep,
+        ranking: Mutex::default(),
     };
     let mut sum = judge.without_chain()?;
     each_window(
         problem,
         solution,
         |window| judge.window(window),
-        |part| sum.merge(part, keep),
+        |part| sum.merge(part),
     )?;
-    sum.cut(keep);
+    sum.worst = judge.worst();
     for group in sum.groups.iter_mut().chain(&mut sum.cells) {
         group.omega /= group.kept(solution.kernel);
     }
@@ -297,9 +316,22 @@ struct Judge<'a> {
     kernel: Kernel,
     keep: usize,
     all: bool,
+    ranking: Mutex<Ranking>,
 }
 
 impl Judge<'_> {
+    /// The worst conditions of all, worst first. Which of them are left out meanwhile depends on the threads, which are left does not.
+    fn worst(self) -> Vec<ConditionQuality> {
+        let ranking = self.ranking.into_inner();
+        let mut ranking = ranking.unwrap_or_else(PoisonError::into_inner);
+        ranking.cut(self.keep);
+        ranking.worst
+    }
+
+    fn ranked(&self) -> std::sync::MutexGuard<'_, Ranking> {
+        self.ranking.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn without_chain(&self) -> Result<Survey, AdjustError> {
         let problem = self.pass.problem;
         let chunks = chunks(problem, CHUNK, |set| {
@@ -308,9 +340,7 @@ impl Judge<'_> {
         let part = |(set, range)| self.range(set, range, None);
         let parts: Result<Vec<_>, AdjustError> = chunks.into_par_iter().map(part).collect();
         let mut sum = Survey::new(self.sought.len());
-        parts?
-            .into_iter()
-            .for_each(|part| sum.merge(part, self.keep));
+        parts?.into_iter().for_each(|part| sum.merge(part));
         Ok(sum)
     }
 
@@ -320,7 +350,7 @@ impl Judge<'_> {
             (0..self.pass.problem.sources.len()).filter(|set| sees_chain(self.pass.problem, *set))
         {
             let range = conditions_of(self.pass.problem, set, &window.intervals);
-            sum.merge(self.range(set, range, Some(window))?, self.keep);
+            sum.merge(self.range(set, range, Some(window))?);
         }
         Ok(sum)
     }
@@ -333,6 +363,10 @@ impl Judge<'_> {
     ) -> Result<Survey, AdjustError> {
         let mut sum = Survey::new(self.sought.len());
         let mut effects = vec![0.0; self.sought.len()];
+        let mut own = Ranking {
+            floor: self.ranked().floor,
+            ..Ranking::default()
+        };
         self.pass.visit(set, range, |weighted| {
             let variance = self.predict(weighted.row, window, &mut effects);
             let one = self.figures(set, weighted, variance);
@@ -343,9 +377,9 @@ impl Judge<'_> {
             if self.all {
                 sum.all.push((set, one.condition, one.figures()));
             }
-            sum.rank(one, &effects, self.keep);
+            own.rank(one, &effects, self.keep);
         })?;
-        sum.cut(self.keep);
+        self.ranked().merge(own, self.keep);
         Ok(sum)
     }
 

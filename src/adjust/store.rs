@@ -1,19 +1,11 @@
 //! Where the factor of a chain is kept: page by page in memory or in a file without name, or nowhere when nobody will ask for it.
 
-use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
-use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 use super::error::AdjustError;
 use super::factor::Factor;
 use super::large::Large;
-
-/// Numbers that are turned into bytes at a time.
-const CHUNK: usize = 4096;
-/// Bytes of a number.
-const BYTES: usize = 8;
+use crate::files::spill::{Spill, SpillError};
 
 /// Where pages are kept.
 #[derive(Debug)]
@@ -38,7 +30,9 @@ impl Store {
         }
         match old {
             Some(Store::File(spill)) => Ok(Store::File(spill.emptied())),
-            _ => Ok(Store::File(Spill::new(large.spill.as_deref())?)),
+            _ => Ok(Store::File(
+                Spill::new(large.spill.as_deref()).map_err(no_spill)?,
+            )),
         }
     }
 
@@ -54,7 +48,7 @@ impl Store {
                 return Ok(None);
             }
             Store::File(spill) => shelf.push(Page::File {
-                place: spill.write(&page)?,
+                place: spill.append(numbers(&page)).map_err(no_spill)?,
                 size: page.size,
                 width: page.width,
                 epochs: page.epochs.clone(),
@@ -138,7 +132,7 @@ impl<'a> Reader<'a> {
         {
             let memory = std::mem::take(&mut self.loaded);
             self.loaded = memory.sized(*size, *width, epochs.clone());
-            spill.read(*place, &mut self.loaded)?;
+            read(spill, *place, &mut self.loaded)?;
         }
         self.open = page;
         Ok(self.page())
@@ -165,98 +159,35 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A file without name: it is gone when the program ends, however that ends.
-#[derive(Debug)]
-pub(super) struct Spill {
-    /// The file, and where its next page goes.
-    file: Mutex<(File, u64)>,
-    folder: String,
+/// The numbers of a page as words.
+fn numbers(page: &Factor) -> impl Iterator<Item = u64> + '_ {
+    page.parts().into_iter().flatten().map(|x| x.to_bits())
 }
 
-impl Spill {
-    fn new(folder: Option<&Path>) -> Result<Self, AdjustError> {
-        let place = folder.map_or_else(std::env::temp_dir, Path::to_owned);
-        let folder = place.display().to_string();
-        match tempfile::tempfile_in(&place) {
-            Ok(file) => Ok(Self::over(file, folder)),
-            Err(error) => Err(AdjustError::NoSpill {
-                what: "open a file",
-                folder,
-                why: error.to_string(),
-            }),
+/// Fills a page from its place.
+fn read(spill: &Spill, place: u64, page: &mut Factor) -> Result<(), AdjustError> {
+    let count = page.parts().iter().map(|part| part.len()).sum();
+    let mut parts = page.parts_mut().into_iter().flatten();
+    let take = |word| {
+        if let Some(number) = parts.next() {
+            *number = f64::from_bits(word);
         }
-    }
-
-    fn over(file: File, folder: String) -> Self {
-        Spill {
-            file: Mutex::new((file, 0)),
-            folder,
-        }
-    }
-
-    /// The same, to be written from its begin.
-    fn emptied(self) -> Self {
-        let (file, _) = (self.file.into_inner()).unwrap_or_else(PoisonError::into_inner);
-        Self::over(file, self.folder)
-    }
-
-    /// Appends a page; returns its place.
-    fn write(&self, page: &Factor) -> Result<u64, AdjustError> {
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        let (file, end) = &mut *file;
-        let place = *end;
-        match written(file, place, page.parts()) {
-            Ok(bytes) => *end += bytes,
-            Err(error) => return Err(self.fault("write", &error)),
-        }
-        Ok(place)
-    }
-
-    fn read(&self, place: u64, page: &mut Factor) -> Result<(), AdjustError> {
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        read(&mut file.0, place, page.parts_mut()).map_err(|error| self.fault("read", &error))
-    }
-
-    fn fault(&self, what: &'static str, error: &io::Error) -> AdjustError {
-        AdjustError::NoSpill {
-            what,
-            folder: self.folder.clone(),
-            why: error.to_string(),
-        }
-    }
+    };
+    spill.read(place, count, take).map_err(no_spill)
 }
 
-/// Writes numbers, least significant byte first; returns how many bytes.
-fn written(file: &mut File, place: u64, parts: [&[f64]; 2]) -> io::Result<u64> {
-    file.seek(SeekFrom::Start(place))?;
-    let (mut bytes, mut count) = ([0; CHUNK * BYTES], 0);
-    for numbers in parts.into_iter().flat_map(|part| part.chunks(CHUNK)) {
-        for (out, number) in bytes.as_chunks_mut::<BYTES>().0.iter_mut().zip(numbers) {
-            *out = number.to_le_bytes();
-        }
-        let bytes = &bytes[..numbers.len() * BYTES];
-        file.write_all(bytes)?;
-        count += bytes.len() as u64;
+fn no_spill(error: SpillError) -> AdjustError {
+    AdjustError::NoSpill {
+        what: error.what,
+        folder: error.folder,
+        why: error.why,
     }
-    Ok(count)
-}
-
-fn read(file: &mut File, place: u64, parts: [&mut [f64]; 2]) -> io::Result<()> {
-    file.seek(SeekFrom::Start(place))?;
-    let mut bytes = [0; CHUNK * BYTES];
-    for numbers in parts.into_iter().flat_map(|part| part.chunks_mut(CHUNK)) {
-        let bytes = &mut bytes[..numbers.len() * BYTES];
-        file.read_exact(bytes)?;
-        for (number, bytes) in numbers.iter_mut().zip(bytes.as_chunks::<BYTES>().0) {
-            *number = f64::from_le_bytes(*bytes);
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs::File;
 
     fn page(first: usize, value: f64) -> Factor {
         let mut page = Factor::default().sized(3, 5, first..first + 40);

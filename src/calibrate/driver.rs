@@ -11,7 +11,7 @@
 //! is refused is said in the procedure's `verdict`, with the limit that all of them share, [`ABSURD_VARIANCE_FACTOR`].
 
 use crate::adjust::{
-    AdjustError, Estimate, Limits, Observability, Options, ParameterSet, Problem, Quality,
+    AdjustError, Bits, Estimate, Limits, Observability, Options, ParameterSet, Problem, Quality,
     QualityOptions, Snooped, Solution, observability, snoop, solve,
 };
 use crate::calibrate::verdict::Doubted;
@@ -142,8 +142,8 @@ pub struct Judged {
     pub doubted: Doubted,
     /// Conditions that data snooping removed.
     pub removed: usize,
-    /// Of every set of conditions, which of them it switched off; empty where it removed none.
-    pub ignored: Vec<Vec<bool>>,
+    /// Of every set of conditions, which of them it switched off.
+    pub ignored: Vec<Bits>,
 }
 
 /// Runs a model's joint path to its end. How it ended is in the outcome.

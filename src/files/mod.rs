@@ -7,11 +7,13 @@
 //! | [`temporary`] | names of their own beside the target, found and removed when a run was killed |
 //! | [`whole`] | one file whole or not at all, several files together, and whether a folder can be written at all |
 //! | [`marker`] | what the program itself wrote into a folder; a folder of files made together and never over others |
+//! | [`spill`] | a file without name for what exceeds memory |
 //! | [`inputs`] | whether a path names one of these files |
 
 mod gate;
 pub mod inputs;
 pub mod marker;
+pub mod spill;
 pub mod temporary;
 pub mod whole;
 

@@ -47,7 +47,8 @@ pub use faults::Invalid;
 pub use records::{LaserRecords, SoundingRecords, TrajectoryRecords};
 pub use registry::{
     FORMATS, Format, Reader, read_attitude, read_control, read_fixes, read_laser,
-    read_rail_profiles, read_sound_speed, read_soundings, read_table, read_trajectory,
+    read_rail_profiles, read_sound_speed, read_soundings, read_soundings_within, read_table,
+    read_trajectory,
 };
 
 use std::path::Path;

@@ -183,6 +183,7 @@ impl SoundingRecords {
             range: self.range,
             noise,
             arrays: None,
+            file: None,
         }
     }
 }

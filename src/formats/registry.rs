@@ -20,7 +20,9 @@ use super::records::{LaserRecords, SoundingRecords, TrajectoryRecords};
 use super::usbl_control_csv::{self, ControlRecords};
 use super::usbl_fixes_csv::{self, FixRecords};
 use super::{las, laser_csv, rail_csv, sbet, sound_speed_csv, soundings_csv, trajectory_csv};
-use crate::observe::{AttitudeRecord, ProfilePoints, SoundSpeedProfile, TableRecord};
+use crate::observe::{
+    AttitudeRecord, ProfilePoints, Room, SoundSpeedProfile, SoundingFile, TableRecord,
+};
 
 type Read<T> = fn(&Path) -> Result<T, FormatError>;
 /// Reads observations, of which a few may be invalid.
@@ -298,6 +300,22 @@ doors! {
     read_rail_profiles, Profiles(profilers: usize) -> ProfilePoints;
     /// Reads the positions of a measuring table.
     read_table, Table() -> TableRecord;
+}
+
+/// Reads soundings as [`read_soundings`] does; those for which there is no room in memory go to a file as they are read.
+///
+/// # Errors
+/// As [`read_soundings`], and [`FaultKind::Unwritable`] with the folder in which that file cannot be written.
+pub fn read_soundings_within(
+    path: &Path,
+    invalid: Invalid,
+    room: &Room,
+) -> Result<(SoundingRecords, Option<SoundingFile>), FormatError> {
+    // one format holds soundings alone
+    reader(path, |reader| {
+        matches!(reader, Reader::Soundings(_)).then_some(())
+    })?;
+    soundings_csv::read_within(path, invalid, room)
 }
 
 #[cfg(feature = "parquet")]

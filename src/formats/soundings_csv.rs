@@ -9,13 +9,17 @@
 use std::io::{Read, Write};
 use std::path::Path;
 
-use super::error::{FaultKind, FormatError, open};
+use super::error::{FaultKind, FormatError, Place, open};
 use super::faults::Invalid;
 use super::records::{ArrayColumns, SoundingRecords};
 use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
-use crate::observe::{SonarNoise, SoundingArrays, SoundingRange, Soundings};
+use crate::files::spill::SpillError;
+use crate::observe::{
+    Room, SonarNoise, Sounding, SoundingArrays, SoundingFile, SoundingRange, SoundingWriter,
+    Soundings,
+};
 use crate::units::{degrees, radians};
 
 // LAYOUT
@@ -87,6 +91,20 @@ pub fn read(path: &Path, invalid: Invalid) -> Result<SoundingRecords, FormatErro
     read_from(path, file, size, invalid)
 }
 
+/// Reads a soundings CSV; soundings for which there is no room in memory go to a file without name as they are read, and the columns stay
+/// empty. Those of two arrays and those with a column `head` stay in memory.
+///
+/// # Errors
+/// As [`read`]; of kind `Unwritable` and with the folder where that file cannot be written.
+pub fn read_within(
+    path: &Path,
+    invalid: Invalid,
+    room: &Room,
+) -> Result<(SoundingRecords, Option<SoundingFile>), FormatError> {
+    let (file, size) = open(path)?;
+    taken(path, file, size, invalid, Some(room))
+}
+
 /// Reads a soundings CSV of `size` bytes from `source`; `file` names it in messages.
 ///
 /// # Errors
@@ -97,6 +115,16 @@ pub fn read_from(
     size: u64,
     invalid: Invalid,
 ) -> Result<SoundingRecords, FormatError> {
+    Ok(taken(file, source, size, invalid, None)?.0)
+}
+
+fn taken(
+    file: &Path,
+    source: impl Read,
+    size: u64,
+    invalid: Invalid,
+    room: Option<&Room>,
+) -> Result<(SoundingRecords, Option<SoundingFile>), FormatError> {
     let mut table = Table::open(file, source, size, &REQUIRED, &OPTIONAL)?;
     let cones = two_arrays(&table)?;
     let (across, along) = if cones { (RX, TILT) } else { (3, 4) };
@@ -104,40 +132,149 @@ pub fn read_from(
     if cones && column == 5 {
         return Err(table.missing(&RANGES[1..]));
     }
-    let (mut records, mut range) = (empty(), vec![]);
-    let mut arrays = ArrayColumns::default();
     let heads = table.has(HEAD);
+    let mut taken = Taken::new(room.filter(|_| !cones && !heads));
+    let mut arrays = ArrayColumns::default();
     let left_out = table.each(Some(invalid), |table| {
-        if records.is_empty() {
-            reserve(&mut records, &mut range, table.expected_rows());
-        }
         let (ping, beam) = (table.count(1)?, table.count(2)?);
         let across_rad = radians(table.number(across, &ANGLE)?);
         let along_rad = radians(table.number(along, &ALONG)?);
-        let distance = table.number(column, limits)?;
-        let time_s = table.time(0, records.time_s.last().copied(), false)?;
+        let range = table.number(column, limits)?;
+        let time_s = table.time(0, taken.last_s, false)?;
         let head = heads.then(|| table.count(HEAD)).transpose()?;
         if cones {
             array_row(table, &mut arrays)?;
         }
-        records.time_s.push(time_s);
-        records.head.extend(head);
-        records.ping.push(ping);
-        records.beam.push(beam);
-        records.across_rad.push(across_rad);
-        records.along_rad.push(along_rad);
-        range.push(distance);
-        Ok(())
+        taken.records.head.extend(head);
+        let row = Sounding {
+            time_s,
+            ping,
+            beam,
+            across_rad,
+            along_rad,
+            range,
+        };
+        taken
+            .take(row, table.expected_rows())
+            .map_err(|error| no_room(&error))
     })?;
+    check_angle_unit(&table, &taken, across)?;
+    let (mut records, streamed) = taken.ended(column == 5).map_err(|error| no_room(&error))?;
     records.notes.extend(left_out);
-    check_angle_unit(&table, &records, across)?;
     records.arrays = cones.then_some(arrays);
-    records.range = if column == 5 {
-        SoundingRange::Metres(range)
-    } else {
-        SoundingRange::TwoWayTravelTime(range)
-    };
-    Ok(records)
+    Ok((records, streamed))
+}
+
+fn no_room(error: &SpillError) -> FormatError {
+    let found = error.refused();
+    let (folder, expected) = (Path::new(&error.folder), "room for the soundings");
+    FormatError::new(FaultKind::Unwritable, folder, Place::File, found, expected)
+}
+
+/// The rows taken so far: in columns, or in a file where there is no room for them.
+struct Taken<'a> {
+    records: SoundingRecords,
+    range: Vec<f64>,
+    room: Option<&'a Room>,
+    writer: Option<SoundingWriter>,
+    last_s: Option<f64>,
+    /// Largest angle across, without sign.
+    widest_rad: f64,
+    /// Ping of the last rows, how many of them have it, and the most that one ping had.
+    ping: (u32, usize, usize),
+}
+
+impl<'a> Taken<'a> {
+    fn new(room: Option<&'a Room>) -> Self {
+        Self {
+            records: empty(),
+            range: vec![],
+            room,
+            writer: None,
+            last_s: None,
+            widest_rad: 0.0,
+            ping: (0, 0, 0),
+        }
+    }
+
+    fn take(&mut self, row: Sounding, expected_rows: usize) -> Result<(), SpillError> {
+        if self.last_s.is_none() {
+            self.begin(expected_rows)?;
+        }
+        self.last_s = Some(row.time_s);
+        self.widest_rad = self.widest_rad.max(row.across_rad.abs());
+        let (ping, beams, most) = self.ping;
+        let beams = if ping == row.ping { beams + 1 } else { 1 };
+        self.ping = (row.ping, beams, most.max(beams));
+        if let Some(writer) = &mut self.writer {
+            return writer.push(&row);
+        }
+        self.push(&row);
+        match self.room {
+            Some(room) if !room.holds(self.records.len()) => self.move_out(room),
+            _ => Ok(()),
+        }
+    }
+
+    /// Makes room for so many rows: in the file from the first on, if they will not all stay in memory.
+    fn begin(&mut self, expected_rows: usize) -> Result<(), SpillError> {
+        match self.room.filter(|room| !room.holds(expected_rows)) {
+            Some(room) => self.writer = Some(room.writer()?),
+            None => reserve(&mut self.records, &mut self.range, expected_rows),
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, row: &Sounding) {
+        self.records.time_s.push(row.time_s);
+        self.records.ping.push(row.ping);
+        self.records.beam.push(row.beam);
+        self.records.across_rad.push(row.across_rad);
+        self.records.along_rad.push(row.along_rad);
+        self.range.push(row.range);
+    }
+
+    /// Moves the columns into a file: there were more rows than expected.
+    fn move_out(&mut self, room: &Room) -> Result<(), SpillError> {
+        let mut writer = room.writer()?;
+        let (from, range) = (
+            std::mem::replace(&mut self.records, empty()),
+            std::mem::take(&mut self.range),
+        );
+        for (k, range) in range.into_iter().enumerate() {
+            writer.push(&Sounding {
+                time_s: from.time_s[k],
+                ping: from.ping[k],
+                beam: from.beam[k],
+                across_rad: from.across_rad[k],
+                along_rad: from.along_rad[k],
+                range,
+            })?;
+        }
+        self.writer = Some(writer);
+        Ok(())
+    }
+
+    fn ended(self, metres: bool) -> Result<(SoundingRecords, Option<SoundingFile>), SpillError> {
+        let (mut records, mut range) = (self.records, self.range);
+        for column in [
+            &mut records.time_s,
+            &mut records.across_rad,
+            &mut records.along_rad,
+            &mut range,
+        ] {
+            column.shrink_to_fit();
+        }
+        records.ping.shrink_to_fit();
+        records.beam.shrink_to_fit();
+        records.range = if metres {
+            SoundingRange::Metres(range)
+        } else {
+            SoundingRange::TwoWayTravelTime(range)
+        };
+        let streamed = self.writer.map(SoundingWriter::finish).transpose()?;
+        Ok((records, streamed))
+    }
 }
 
 /// Whether the angles are those of two arrays.
@@ -220,20 +357,10 @@ const MANY_BEAMS: usize = 16;
 /// no multibeam has a swath of three degrees.
 fn check_angle_unit<R: Read>(
     table: &Table<R>,
-    records: &SoundingRecords,
+    taken: &Taken,
     column: usize,
 ) -> Result<(), FormatError> {
-    let widest = records
-        .across_rad
-        .iter()
-        .fold(0.0_f64, |a, x| a.max(x.abs()));
-    let widest = degrees(widest);
-    let beams = records
-        .ping
-        .chunk_by(|a, b| a == b)
-        .map(<[u32]>::len)
-        .max()
-        .unwrap_or(0);
+    let (widest, (_, _, beams)) = (degrees(taken.widest_rad), taken.ping);
     if !(0.05..=1.6).contains(&widest) || beams < MANY_BEAMS {
         return Ok(());
     }
@@ -303,15 +430,15 @@ fn rows_to(out: &mut impl Write, soundings: &Soundings, head: &[u32]) -> std::io
     };
     let (required, angles) = (REQUIRED.join(","), ANGLES.join(","));
     writeln!(out, "{required},{angles},{name}{}", behind(head, None))?;
-    for (k, range) in soundings.range.values().iter().enumerate() {
+    for k in 0..soundings.len() {
+        let ([across_rad, along_rad, range], (ping, beam)) =
+            (soundings.measured(k), soundings.name(k));
         writeln!(
             out,
-            "{},{},{},{:.7},{:.7},{range:.decimals$}{}",
-            soundings.time_s[k],
-            soundings.ping[k],
-            soundings.beam[k],
-            degrees(soundings.across_rad[k]),
-            degrees(soundings.along_rad[k]),
+            "{},{ping},{beam},{:.7},{:.7},{range:.decimals$}{}",
+            soundings.at_s(k),
+            degrees(across_rad),
+            degrees(along_rad),
             behind(head, Some(k)),
         )?;
     }
@@ -361,4 +488,69 @@ fn write_arrays_to(out: &mut impl Write, records: &SoundingRecords) -> std::io::
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(count: usize) -> String {
+        let mut text = "time_s,ping,beam,across_angle_deg,along_angle_deg,range_m\n".to_owned();
+        for k in 0..count {
+            let (ping, beam) = (k / 20, k % 20);
+            let time_s = 0.1 * ping as f64;
+            text += &format!(
+                "{time_s},{ping},{beam},{},0.5,{}\n",
+                5 * beam,
+                3.0 + 0.001 * k as f64
+            );
+        }
+        text
+    }
+
+    /// Whether the rows are expected to fit or not, whether they do or not, and wherever they stop to.
+    #[test]
+    fn rows_without_room_are_in_the_file_and_the_same() {
+        let (text, file) = (rows(10_000), Path::new("s.csv"));
+        let of = |bytes: u64, size: u64| {
+            let room = Room {
+                bytes,
+                folder: None,
+            };
+            let source = text.as_bytes();
+            taken(file, source, size, Invalid::Error, Some(&room)).expect("soundings")
+        };
+        let (all, none) = of(u64::MAX, text.len() as u64);
+        assert!(none.is_none() && all.len() == 10_000);
+        for (bytes, size) in [(0, text.len() as u64), (399_999, 1), (40_000, 1)] {
+            let (empty, streamed) = of(bytes, size);
+            let streamed = streamed.expect("a file");
+            assert!(empty.is_empty() && streamed.len() == 10_000);
+            for k in 0..10_000 {
+                let row = streamed.row(k);
+                let measured = [all.across_rad[k], all.along_rad[k], all.range.values()[k]];
+                assert_eq!(
+                    (row.time_s, row.ping, row.beam),
+                    (all.time_s[k], all.ping[k], all.beam[k])
+                );
+                assert_eq!([row.across_rad, row.along_rad, row.range], measured);
+            }
+        }
+    }
+
+    #[test]
+    fn angles_in_radians_are_refused_in_a_file_too() {
+        let room = Room {
+            bytes: 0,
+            folder: None,
+        };
+        let header = rows(0);
+        let radians: String = (0..20)
+            .map(|b| format!("0,0,{b},{},0,3\n", 0.05 * f64::from(b)))
+            .collect();
+        let text = format!("{header}{radians}");
+        let source = text.as_bytes();
+        let refused = taken(Path::new("s.csv"), source, 100, Invalid::Error, Some(&room));
+        assert_eq!(refused.unwrap_err().kind, FaultKind::WrongUnit);
+    }
 }

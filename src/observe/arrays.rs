@@ -103,6 +103,7 @@ impl Soundings {
             range: SoundingRange::Metres(range_m),
             noise: SonarNoise::shallow_water(),
             arrays: None,
+            file: None,
         }
     }
 }

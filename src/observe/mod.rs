@@ -7,6 +7,7 @@ pub mod laser;
 pub mod rail;
 pub mod rig;
 pub mod sound_speed;
+pub mod sounding_file;
 pub mod soundings;
 pub mod struck;
 pub mod trajectory;
@@ -20,6 +21,7 @@ pub use rail::{
 };
 pub use rig::{ArrayMountings, Mounting, MountingSigma};
 pub use sound_speed::{SoundSpeed, SoundSpeedProfile};
+pub use sounding_file::{Room, Sounding, SoundingFile, SoundingWriter};
 pub use soundings::{SonarNoise, SoundingArrays, SoundingRange, Soundings};
 pub use struck::{NO_FACE, Struck};
 pub use trajectory::{

@@ -310,5 +310,6 @@ fn empty(scenario: &Scenario) -> Soundings {
             along_rad: m.along_angle_sigma_deg.to_radians(),
         },
         arrays: None,
+        file: None,
     }
 }

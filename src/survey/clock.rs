@@ -1,7 +1,9 @@
 //! Do the sensors' clocks agree with the trajectory's, and does every observation have a position?
 
 use crate::formats::week::WEEK_S;
-use crate::observe::Outside;
+use std::ops::Range;
+
+use crate::observe::{Outside, SoundingFile};
 
 /// First and last time of a sensor, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,21 +110,58 @@ pub enum Lost {
     },
 }
 
+/// Times of a sensor, ascending, wherever they are kept.
+pub trait Times {
+    /// How many.
+    fn count(&self) -> usize;
+
+    /// The `k`-th, seconds.
+    fn at_s(&self, k: usize) -> f64;
+}
+
+impl Times for [f64] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn at_s(&self, k: usize) -> f64 {
+        self[k]
+    }
+}
+
+impl Times for SoundingFile {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn at_s(&self, k: usize) -> f64 {
+        self.time_s(k)
+    }
+}
+
+/// Runs of observations without a position for one reason each.
+type LostRuns = Vec<(Range<usize>, Lost)>;
+
 /// The observations (ascending times) without a position, in their order; one pass over both columns.
 #[must_use]
-pub fn without_position(
+pub fn without_position<T: Times + ?Sized>(
     trajectory_s: &[f64],
     max_gap_s: f64,
-    time_s: &[f64],
-) -> Vec<(usize, Lost)> {
-    let mut lost = vec![];
+    times: &T,
+) -> Vec<(Range<usize>, Lost)> {
+    let mut lost: LostRuns = vec![];
     let Some(span) = Span::of(trajectory_s).filter(|_| trajectory_s.len() >= 2) else {
-        return (0..time_s.len()).map(|k| (k, Lost::Outside)).collect();
+        return vec![(0..times.count(), Lost::Outside)];
+    };
+    let mut add = |k: usize, why: Lost| match lost.last_mut() {
+        Some((run, last)) if run.end == k && *last == why => run.end += 1,
+        _ => lost.push((k..k + 1, why)),
     };
     let mut record = 0;
-    for (k, &t) in time_s.iter().enumerate() {
+    for k in 0..times.count() {
+        let t = times.at_s(k);
         if !(t >= span.first_s && t <= span.last_s) {
-            lost.push((k, Lost::Outside));
+            add(k, Lost::Outside);
             continue;
         }
         while record + 2 < trajectory_s.len() && trajectory_s[record + 1] <= t {
@@ -130,7 +169,7 @@ pub fn without_position(
         }
         let (begin_s, end_s) = (trajectory_s[record], trajectory_s[record + 1]);
         if end_s - begin_s > max_gap_s && t > begin_s && t < end_s {
-            lost.push((k, Lost::Gap { begin_s, end_s }));
+            add(k, Lost::Gap { begin_s, end_s });
         }
     }
     lost
@@ -141,19 +180,23 @@ const OFF_S: f64 = 2.0;
 
 /// The clock that would explain observations without position: all of them lie shortly after a stretch of the trajectory, or all
 /// shortly before one.
-fn shifted(trajectory_s: &[f64], time_s: &[f64], lost: &[(usize, Lost)]) -> Option<String> {
+fn shifted<T: Times + ?Sized>(
+    trajectory_s: &[f64],
+    times: &T,
+    lost: &[(Range<usize>, Lost)],
+) -> Option<String> {
     let most = |by: &dyn Fn(usize) -> f64| {
-        let all = lost.iter().map(|(k, _)| by(*k));
+        let all = lost.iter().flat_map(|(run, _)| run.clone()).map(by);
         all.fold(0.0, f64::max)
     };
-    let next = |k: usize| trajectory_s.partition_point(|record| *record <= time_s[k]);
+    let next = |k: usize| trajectory_s.partition_point(|record| *record <= times.at_s(k));
     let after = |k: usize| match next(k) {
         0 => f64::INFINITY,
-        n => time_s[k] - trajectory_s[n - 1],
+        n => times.at_s(k) - trajectory_s[n - 1],
     };
     let before = |k: usize| {
         let record = trajectory_s.get(next(k));
-        record.map_or(f64::INFINITY, |record| record - time_s[k])
+        record.map_or(f64::INFINITY, |record| record - times.at_s(k))
     };
     let (late_s, early_s) = (most(&after), most(&before));
     let (off_s, word, end) = match (late_s < OFF_S, early_s < OFF_S) {
@@ -163,8 +206,13 @@ fn shifted(trajectory_s: &[f64], time_s: &[f64], lost: &[(usize, Lost)]) -> Opti
     };
     Some(format!(
         "all {} lie up to {off_s:.3} s {end} of a stretch of the trajectory: the sensor's time stamps look {word} by {off_s:.3} s or more (time_offset_s, latency); dropping them would hide it",
-        lost.len()
+        rows(lost)
     ))
+}
+
+/// How many observations are in runs.
+fn rows(lost: &[(Range<usize>, Lost)]) -> usize {
+    lost.iter().map(|(run, _)| run.len()).sum()
 }
 
 /// What becomes of observations without position.
@@ -173,7 +221,7 @@ pub enum Verdict {
     /// All have one.
     Keep,
     /// These rows (ascending) are dropped.
-    Drop(Vec<usize>),
+    Drop(Vec<Range<usize>>),
     /// This is an error.
     Refuse {
         /// What was found.
@@ -185,8 +233,18 @@ pub enum Verdict {
 
 /// Judges a sensor's times (ascending, offsets added) by the trajectory's.
 #[must_use]
-pub fn judge(trajectory_s: &[f64], max_gap_s: f64, outside: Outside, time_s: &[f64]) -> Verdict {
-    let (Some(trajectory), Some(sensor)) = (Span::of(trajectory_s), Span::of(time_s)) else {
+pub fn judge<T: Times + ?Sized>(
+    trajectory_s: &[f64],
+    max_gap_s: f64,
+    outside: Outside,
+    times: &T,
+) -> Verdict {
+    let last = times.count().checked_sub(1);
+    let sensor = last.map(|last| Span {
+        first_s: times.at_s(0),
+        last_s: times.at_s(last),
+    });
+    let (Some(trajectory), Some(sensor)) = (Span::of(trajectory_s), sensor) else {
         return Verdict::Keep;
     };
     let hint = || explain_shift(&trajectory, &sensor).map_or(String::new(), |h| format!(" ({h})"));
@@ -196,13 +254,13 @@ pub fn judge(trajectory_s: &[f64], max_gap_s: f64, outside: Outside, time_s: &[f
             expected: format!("an overlap with the trajectory, {trajectory}"),
         };
     }
-    let lost = without_position(trajectory_s, max_gap_s, time_s);
+    let lost = without_position(trajectory_s, max_gap_s, times);
     match (lost.first(), outside) {
         (None, _) => Verdict::Keep,
-        (Some(_), Outside::Drop) if lost.len() < time_s.len() => {
-            Verdict::Drop(lost.into_iter().map(|(k, _)| k).collect())
+        (Some(_), Outside::Drop) if rows(&lost) < times.count() => {
+            Verdict::Drop(lost.into_iter().map(|(run, _)| run).collect())
         }
-        (Some((k, why)), _) => {
+        (Some((run, why)), _) => {
             let place = match why {
                 Lost::Outside => format!("outside the trajectory, {trajectory}{}", hint()),
                 Lost::Gap { begin_s, end_s } => {
@@ -212,15 +270,15 @@ pub fn judge(trajectory_s: &[f64], max_gap_s: f64, outside: Outside, time_s: &[f
                 }
             };
             let clock =
-                shifted(trajectory_s, time_s, &lost).map_or(String::new(), |w| format!("; {w}"));
-            let others = match lost.len() {
+                shifted(trajectory_s, times, &lost).map_or(String::new(), |w| format!("; {w}"));
+            let others = match rows(&lost) {
                 1 => String::new(),
                 n => format!(", and {} more without a position", n - 1),
             };
             Verdict::Refuse {
                 found: format!(
                     "an observation at {:.6} s {place}{others}{clock}",
-                    time_s[*k]
+                    times.at_s(run.start)
                 ),
                 expected:
                     "a position for every observation, or outside = \"drop\" under [trajectory]"

@@ -132,6 +132,7 @@ proptest! {
             range: if times { SoundingRange::TwoWayTravelTime(range) } else { SoundingRange::Metres(range) },
             noise: SonarNoise { range_m: 0.0, across_rad: 0.0, along_rad: 0.0 },
             arrays: None,
+            file: None,
         };
         let mut bytes = vec![];
         soundings_csv::write_to(&mut bytes, &given).expect("write");

@@ -14,8 +14,9 @@ use boresight::procedures::pool::Scene;
 use boresight::procedures::pool::conditions::{
     FacePlane, MountingBlocks, ReturnConditions, SoundingConditions, TrajectoryErrors,
 };
+use boresight::procedures::pool::rows::Rows;
 use boresight::procedures::pool::ties::{
-    Among, Association, PlacedBy, Tie, tie_returns, tie_soundings,
+    Among, Association, PlacedBy, TieSet, tie_returns, tie_soundings,
 };
 use boresight::simulate::motion::Wave;
 use boresight::simulate::scenario::{Angles, Arrays};
@@ -179,11 +180,11 @@ fn chain(scene: &Scene) -> ChainModel {
 }
 
 /// Some conditions of every face, spread over the survey.
-fn spread(ties: &[Tie], faces: usize) -> Vec<usize> {
+fn spread(ties: &TieSet, faces: usize) -> Vec<usize> {
     let of_face = |face: usize| {
-        let all: Vec<usize> = (0..ties.len())
-            .filter(|&k| usize::from(ties[k].face) == face)
-            .collect();
+        let of_face = ties.iter().enumerate();
+        let of_face = of_face.filter(|(_, tie)| usize::from(tie.face) == face);
+        let all: Vec<usize> = of_face.map(|(k, _)| k).collect();
         let stride = all.len().div_ceil(12).max(1);
         all.into_iter().step_by(stride).collect::<Vec<_>>()
     };
@@ -265,7 +266,7 @@ fn of_soundings(arrays: Option<Arrays>) -> f64 {
         s.campaign.water_level_m,
         &scene.origins(&true_sonar),
     );
-    let rows: Vec<u32> = (0..s.campaign.soundings.len() as u32).collect();
+    let rows = Rows::chosen(s.campaign.soundings.len(), |_| true);
     let truth = PlacedBy {
         sensor: SensorModel {
             mounting: true_sonar,
@@ -281,7 +282,7 @@ fn of_soundings(arrays: Option<Arrays>) -> f64 {
     let conditions = SoundingConditions {
         cells: None,
         scene: &scene,
-        ties: &ties.ties,
+        ties: &ties,
         planes: &all.planes,
         mounting: all.sonar,
         latency: Some(all.latency),
@@ -291,7 +292,7 @@ fn of_soundings(arrays: Option<Arrays>) -> f64 {
         trajectory: TrajectoryErrors::States(&epochs),
         group: 0,
     };
-    let which = spread(&ties.ties, s.target.faces.len());
+    let which = spread(&ties, s.target.faces.len());
     assert!(which.len() > 100, "{} conditions", which.len());
     let found = faults(&conditions, &which, &all.x, &model);
     assert!(
@@ -326,13 +327,13 @@ fn derivatives_of_the_returns() {
     let conditions = ReturnConditions {
         cells: None,
         scene: &scene,
-        ties: &ties.ties,
+        ties: &ties,
         planes: &all.planes,
         scanner: Some(all.scanner),
         trajectory: TrajectoryErrors::States(&epochs),
         group: 1,
     };
-    let which = spread(&ties.ties, s.target.faces.len());
+    let which = spread(&ties, s.target.faces.len());
     assert!(which.len() > 50, "{} conditions", which.len());
     let found = faults(&conditions, &which, &all.x, &model);
     assert!(

@@ -1,22 +1,31 @@
 //! Cuts of the trajectory change figures by rounding alone, and a file in place of memory changes nothing.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use boresight::procedures::pool::survey::{scenario, write_survey};
+use boresight::calibrate::cloud::SensorModel;
+use boresight::observe::Soundings;
+use boresight::procedures::pool::apply::cloud;
+use boresight::procedures::pool::survey::{load, scenario, write_survey};
 use boresight::simulate::{DEMO, simulate};
 use serde_json::Value;
 
-/// The result of a thinned demo with this `[large]` section.
-fn result(large: &str) -> Value {
+/// A thinned demo in a folder, with this `[large]` section.
+fn survey(folder: &Path, large: &str) -> PathBuf {
     let mut file = scenario::from_text(Path::new("demo.toml"), DEMO).expect("the demo");
     let thinned = &mut file.scenario;
     (thinned.multibeam.beams, thinned.lidar.points_per_line) = (16, 20);
-    let folder = tempfile::tempdir().expect("a folder");
     let survey = simulate(&file.scenario, 1).expect("a survey");
-    write_survey(folder.path(), &file, &survey).expect("written");
-    let path = folder.path().join("survey.toml");
+    write_survey(folder, &file, &survey).expect("written");
+    let path = folder.join("survey.toml");
     let text = std::fs::read_to_string(&path).expect("read");
     std::fs::write(&path, format!("{text}\n[large]\n{large}\n")).expect("written");
+    path
+}
+
+/// The result of a thinned demo with this `[large]` section.
+fn result(large: &str) -> Value {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = survey(folder.path(), large);
     let found = boresight::calibrate(&path).expect("calibrated").result;
     assert!(found.usable);
     let mut all = serde_json::to_value(found).expect("JSON");
@@ -75,4 +84,68 @@ fn cuts_change_figures_by_rounding_and_a_file_changes_nothing() {
     }
     let (largest, place) = apart(&whole, &cut, "");
     assert!(largest < 1e-9, "{largest:e} at {place}");
+}
+
+/// Of soundings in a file nothing differs: not the result, not what is said of it beforehand, not the points.
+#[test]
+fn soundings_in_a_file_change_nothing() {
+    let whole = result("");
+    for kept in [
+        "observations_memory_mb = 0",
+        "observations_memory_mb = 0\nfactor_memory_mb = 0\nspill = \".\"",
+    ] {
+        assert_eq!(whole, result(kept), "{kept}");
+    }
+    let folders = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+    let [memory, file] = ["", "observations_memory_mb = 0"];
+    let paths = [
+        survey(folders[0].path(), memory),
+        survey(folders[1].path(), file),
+    ];
+    let said = |path: &PathBuf| boresight::check(path).expect("checked");
+    let (a, b) = (said(&paths[0]), said(&paths[1]));
+    assert_eq!((a.text, a.json), (b.text, b.json));
+    let [a, b] = paths.map(|path| load(&path).expect("a survey"));
+    assert!(a.campaign.soundings.file.is_none() && b.campaign.soundings.file.is_some());
+    let model = SensorModel::plain(a.campaign.sonar);
+    let points = |survey| {
+        let cloud = cloud(survey, &model).expect("points");
+        cloud.chunks.flatten().collect::<Vec<_>>()
+    };
+    assert_eq!(points(&a), points(&b));
+}
+
+/// Soundings that the trajectory does not cover leave the file, others keep their place; the clock is shifted.
+#[test]
+fn soundings_without_a_position_leave_the_file() {
+    let read = |large: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = survey(folder.path(), large);
+        let text = std::fs::read_to_string(&path).expect("read");
+        let text = text
+            .replace("[trajectory]", "[trajectory]\noutside = \"drop\"")
+            .replace("[multibeam]", "[multibeam]\ntime_offset_s = 5.3");
+        std::fs::write(&path, text).expect("written");
+        load(&path).expect("a survey")
+    };
+    let (a, b) = (read(""), read("observations_memory_mb = 0"));
+    assert_eq!((a.counts, &a.notes), (b.counts, &b.notes));
+    assert!(a.counts.soundings_dropped > 100 && a.counts.soundings > 1000);
+    let (a, b) = (&a.campaign.soundings, &b.campaign.soundings);
+    let row = |s: &Soundings, k| (s.at_s(k), s.measured(k), s.name(k));
+    assert!((0..a.len()).all(|k| row(a, k) == row(b, k)));
+}
+
+#[test]
+fn a_missing_folder_is_refused_by_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = survey(
+        folder.path(),
+        "observations_memory_mb = 0\nspill = \"nowhere\"",
+    );
+    let error = load(&path).expect_err("no folder").to_string();
+    let place = folder.path().join("nowhere");
+    let named = format!("{}: folder for what exceeds memory", place.display());
+    assert!(error.starts_with(&named), "{error}");
+    assert!(error.contains("[large] observations_memory_mb"), "{error}");
 }

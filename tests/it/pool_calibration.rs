@@ -47,17 +47,14 @@ fn true_ties_are_those_of_the_faces_struck() {
         let truly = calibrate_with_true_ties(&input, &survey.struck, &[]).expect("a run");
         let truly = truly.joint.expect("joint");
         let wrong = |ties: &TieSet, struck: &[u16]| {
-            let off = ties
-                .ties
-                .iter()
-                .filter(|t| struck[t.row as usize] != t.face);
+            let off = ties.iter().filter(|t| struck[t.row as usize] != t.face);
             off.count()
         };
         let of = |j: &JointOutcome| {
             let returns = wrong(&j.returns, &survey.struck.returns);
             (wrong(&j.soundings, &survey.struck.soundings), returns)
         };
-        let lost = found.soundings.ties.len() as f64 - truly.soundings.ties.len() as f64;
+        let lost = found.soundings.len() as f64 - truly.soundings.len() as f64;
         (of(&found), of(&truly), lost)
     };
     let disturbed = Scenario::from_toml(THIN).expect("a scenario");

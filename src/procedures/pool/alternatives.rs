@@ -13,7 +13,7 @@ use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::{Alternative, Tried};
 use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
 use crate::math;
-use crate::observe::{Campaign, LaserScan, SoundingArrays, SoundingRange, Soundings};
+use crate::observe::{Campaign, LaserScan, SoundingRange};
 use crate::results::Finding;
 use crate::watch::{Silently, Watch};
 
@@ -133,8 +133,8 @@ fn adjusted(survey: &Survey, input: &PoolInput, watch: &dyn Watch) -> Tried {
         }
     };
     Tried {
-        share: part(found.soundings.ties.len(), sounded.candidates.len())
-            .min(part(found.returns.ties.len(), near)),
+        share: part(found.soundings.len(), sounded.candidates.len())
+            .min(part(found.returns.len(), near)),
         variance_factor: found.variance_factor(),
         oversize: false,
     }
@@ -488,7 +488,10 @@ fn thinned(input: &PoolInput) -> Survey {
         campaign: Campaign {
             trajectory: campaign.trajectory.clone(),
             laser: thinned_returns(&campaign.laser),
-            soundings: thinned_soundings(&campaign.soundings),
+            soundings: {
+                let soundings = &campaign.soundings;
+                soundings.every(soundings.len().div_ceil(SOUNDINGS))
+            },
             scanner: campaign.scanner,
             scanner_sigma: campaign.scanner_sigma,
             sonar: campaign.sonar,
@@ -517,28 +520,5 @@ fn thinned_returns(laser: &LaserScan) -> LaserScan {
         z_m: every(&laser.z_m),
         coordinates: laser.coordinates,
         noise: laser.noise,
-    }
-}
-
-fn thinned_soundings(soundings: &Soundings) -> Soundings {
-    let count = soundings.len();
-    let chosen = |values: &Vec<f64>| every(values, count, SOUNDINGS);
-    Soundings {
-        time_s: chosen(&soundings.time_s),
-        ping: every(&soundings.ping, count, SOUNDINGS),
-        beam: every(&soundings.beam, count, SOUNDINGS),
-        across_rad: chosen(&soundings.across_rad),
-        along_rad: chosen(&soundings.along_rad),
-        range: match &soundings.range {
-            SoundingRange::Metres(values) => SoundingRange::Metres(chosen(values)),
-            SoundingRange::TwoWayTravelTime(values) => {
-                SoundingRange::TwoWayTravelTime(chosen(values))
-            }
-        },
-        noise: soundings.noise,
-        arrays: soundings.arrays.as_ref().map(|arrays| SoundingArrays {
-            head_speed_m_s: every(&arrays.head_speed_m_s, count, SOUNDINGS),
-            ..arrays.clone()
-        }),
     }
 }

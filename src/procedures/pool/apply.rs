@@ -29,7 +29,7 @@ pub fn cloud<'s>(survey: &'s LoadedSurvey, model: &SensorModel) -> Result<Cloud<
     Ok(Cloud {
         ellipsoid: scene.pose.ellipsoid,
         middle: scene.pose.origin,
-        standard_time: is_standard_time(&soundings.time_s),
+        standard_time: is_standard_time(&soundings.span_s().unwrap_or_default()),
         total: survey.campaign.laser.len() + soundings.len(),
         sources: ["laser", "multibeam"].map(str::to_owned).to_vec(),
         chunks: Box::new(points(scene, *model)),
@@ -39,17 +39,18 @@ pub fn cloud<'s>(survey: &'s LoadedSurvey, model: &SensorModel) -> Result<Cloud<
 /// Chunks of all points in order of time; where times are equal, laser first. Observations without a position are left out.
 fn points(scene: Scene<'_>, model: SensorModel) -> impl Iterator<Item = Vec<Placed>> {
     let campaign = scene.campaign;
-    let (laser, sonar) = (&campaign.laser.time_s, &campaign.soundings.time_s);
+    let (laser, sonar) = (&campaign.laser.time_s, &campaign.soundings);
     let (mut j, mut k) = (0, 0);
     std::iter::from_fn(move || {
         let mut rows = Vec::with_capacity(CHUNK);
         while rows.len() < CHUNK && (j < laser.len() || k < sonar.len()) {
-            let next_is_laser = k >= sonar.len() || laser.get(j).is_some_and(|t| *t <= sonar[k]);
+            let next_is_laser =
+                k >= sonar.len() || laser.get(j).is_some_and(|t| *t <= sonar.at_s(k));
             if next_is_laser {
                 rows.push((Sensor::Laser, j, laser[j]));
                 j += 1;
             } else {
-                rows.push((Sensor::Multibeam, k, sonar[k]));
+                rows.push((Sensor::Multibeam, k, sonar.at_s(k)));
                 k += 1;
             }
         }
@@ -65,7 +66,7 @@ fn placed(scene: &Scene<'_>, model: &SensorModel, rows: &[(Sensor, usize, f64)])
         let (in_target, source, beam): (Vector3<f64>, _, _) = match sensor {
             Sensor::Laser => (scene.laser_point(row)?.0, 1, None),
             Sensor::Multibeam => {
-                let (ping, beam) = (soundings.ping[row], soundings.beam[row]);
+                let (ping, beam) = soundings.name(row);
                 let at = sounding_point(scene, row, &model)?;
                 (at, 2, Some(Beam { ping, beam }))
             }

@@ -28,13 +28,14 @@ impl Aimed {
         mounting: &Mounting,
     ) -> Option<Self> {
         let soundings = &scene.campaign.soundings;
-        let one_way_s = 0.5 * soundings.range.values()[k];
+        let [across_rad, along_rad, two_way_s] = soundings.measured(k);
+        let one_way_s = 0.5 * two_way_s;
         let heard_s = scene.trajectory.time_of(pose) + 2.0 * one_way_s;
         let heard = scene.trajectory.pose_at(heard_s).ok()?;
         let head_speed_m_s = f64::from(arrays.head_speed_m_s[k]);
         let aim = ArrayAim::new(
             &arrays.mountings.moved(&arrays.nominal, mounting),
-            (soundings.along_rad[k], soundings.across_rad[k]),
+            (along_rad, across_rad),
             (one_way_s, head_speed_m_s),
             [
                 (pose.position_m, pose.rotation),
@@ -91,8 +92,9 @@ impl Scene<'_> {
         if soundings.arrays.is_none() {
             return soundings.noise;
         }
-        let (sine, cosine) = math::sin_cos(soundings.across_rad[k]);
-        let flat = math::cos(soundings.along_rad[k]);
+        let [across_rad, along_rad, _] = soundings.measured(k);
+        let (sine, cosine) = math::sin_cos(across_rad);
+        let flat = math::cos(along_rad);
         let left = (flat * flat - sine * sine).max(1e-4 * cosine * cosine);
         let growth = cosine / left.max(1e-12).sqrt();
         SonarNoise {

@@ -78,6 +78,7 @@ fn rows(survey: &LoadedSurvey) -> [Row<'_>; 3] {
     let (file, campaign, counts) = (&survey.file, &survey.campaign, &survey.counts);
     let own = "its own, of the recorder";
     let of_trajectory = file.trajectory.path.as_deref().unwrap_or(own);
+    let sounded_s = campaign.soundings.span_s();
     let row = |name, path, count, dropped, time_s: &[f64]| Row {
         name,
         path,
@@ -105,7 +106,7 @@ fn rows(survey: &LoadedSurvey) -> [Row<'_>; 3] {
             soundings_named(&file.multibeam),
             counts.soundings,
             counts.soundings_dropped,
-            &campaign.soundings.time_s,
+            sounded_s.as_ref().map_or(&[], |span| &span[..]),
         ),
     ]
 }

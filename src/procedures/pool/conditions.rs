@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Matrix3x2, Vector3};
 use super::doubts::Passes;
 use super::judge::Cells;
 use super::scene::Scene;
-use super::ties::{Tie, TrajectoryVariance, return_gain, sounding_variance};
+use super::ties::{Tie, TieSet, TrajectoryVariance, return_gain, sounding_variance};
 use crate::adjust::{BlockId, ChainRow, ChainState, Conditions, ParameterSet, Row, tangent_basis};
 use crate::georef::{Beam, BeamPartials, effects};
 use crate::observe::{Acts, MOST_EXTRAS, Mounting, PoseSample, Trajectory};
@@ -220,7 +220,7 @@ pub struct SoundingConditions<'a> {
     /// The scene.
     pub scene: &'a Scene<'a>,
     /// Which sounding lies on which face.
-    pub ties: &'a [Tie],
+    pub ties: &'a TieSet,
     /// Planes by face index; ties name only faces that have one.
     pub planes: &'a [Option<FacePlane>],
     /// The mounting sought.
@@ -281,7 +281,7 @@ impl SoundingConditions<'_> {
         sight.reach(mounting, &adjusted.partials.vector_m);
         Some(SoundingSight {
             by_range: in_sensor.dot(&adjusted.partials.vector_m) / (1.0 + scale),
-            stamp_s: self.scene.campaign.soundings.time_s[tie.row as usize] - latency_s,
+            stamp_s: self.scene.campaign.soundings.at_s(tie.row as usize) - latency_s,
             weight_before: seen.weight_before,
             pose,
             sight,
@@ -367,7 +367,11 @@ impl SoundingConditions<'_> {
         chain: Option<&ChainState>,
     ) -> Option<SoundingSight> {
         let mut planes = Planes::new(self.planes, x);
-        self.sight(self.ties[k], (&self.mounting.at(x), &mut planes), chain)
+        self.sight(
+            self.ties.get(k)?,
+            (&self.mounting.at(x), &mut planes),
+            chain,
+        )
     }
 }
 
@@ -512,15 +516,15 @@ impl Conditions for SoundingConditions<'_> {
     }
 
     fn cell(&self, k: usize) -> u16 {
-        let tie = self.ties[k];
-        let time_s = self.scene.campaign.soundings.time_s[tie.row as usize];
-        self.cells.map_or(self.group, |(cells, passes)| {
-            cells.number(self.group, passes.at(time_s), tie.face)
-        })
+        let (Some((cells, passes)), Some(tie)) = (self.cells, self.ties.get(k)) else {
+            return self.group;
+        };
+        let time_s = self.scene.campaign.soundings.at_s(tie.row as usize);
+        cells.number(self.group, passes.at(time_s), tie.face)
     }
 
     fn interval(&self, k: usize) -> Option<u32> {
-        let row = self.ties[k].row as usize;
+        let row = self.ties.get(k)?.row as usize;
         let record = self.scene.sounding_record(row, self.latency_at_start_s)?;
         self.trajectory.interval(record)
     }
@@ -538,10 +542,10 @@ impl Conditions for SoundingConditions<'_> {
     ) {
         let mounting = self.mounting.at(x);
         let mut planes = Planes::new(self.planes, x);
-        for (tie, row) in self.ties[range].iter().zip(rows) {
+        for (tie, row) in self.ties.from(range.start).zip(rows) {
             row.clear();
             if self
-                .fill(*tie, (&mounting, &mut planes), chain, row)
+                .fill(tie, (&mounting, &mut planes), chain, row)
                 .is_none()
             {
                 row.misclosure = f64::NAN;
@@ -556,7 +560,7 @@ pub struct ReturnConditions<'a> {
     /// The scene.
     pub scene: &'a Scene<'a>,
     /// Which return lies on which face.
-    pub ties: &'a [Tie],
+    pub ties: &'a TieSet,
     /// Planes by face index.
     pub planes: &'a [Option<FacePlane>],
     /// The scanner's own mounting, where it is an unknown with a prior.
@@ -639,7 +643,7 @@ impl ReturnConditions<'_> {
         chain: Option<&ChainState>,
     ) -> Option<ReturnSight> {
         let mut planes = Planes::new(self.planes, x);
-        self.sight(self.ties[k], (&self.mounting(x), &mut planes), chain)
+        self.sight(self.ties.get(k)?, (&self.mounting(x), &mut planes), chain)
     }
 
     /// A return that came already georeferenced: isotropic noise, no trajectory.
@@ -672,18 +676,18 @@ impl Conditions for ReturnConditions<'_> {
     }
 
     fn cell(&self, k: usize) -> u16 {
-        let tie = self.ties[k];
+        let (Some((cells, passes)), Some(tie)) = (self.cells, self.ties.get(k)) else {
+            return self.group;
+        };
         let time_s = self.scene.return_time_s(tie.row as usize);
-        self.cells.map_or(self.group, |(cells, passes)| {
-            cells.number(self.group, passes.at(time_s), tie.face)
-        })
+        cells.number(self.group, passes.at(time_s), tie.face)
     }
 
     fn interval(&self, k: usize) -> Option<u32> {
         if !self.scene.laser_uses_trajectory() {
             return None;
         }
-        let record = self.scene.return_record(self.ties[k].row as usize)?;
+        let record = self.scene.return_record(self.ties.get(k)?.row as usize)?;
         self.trajectory.interval(record)
     }
 
@@ -700,10 +704,10 @@ impl Conditions for ReturnConditions<'_> {
     ) {
         let mounting = self.mounting(x);
         let mut planes = Planes::new(self.planes, x);
-        for (tie, row) in self.ties[range].iter().zip(rows) {
+        for (tie, row) in self.ties.from(range.start).zip(rows) {
             row.clear();
             if self
-                .fill(*tie, (&mounting, &mut planes), chain, row)
+                .fill(tie, (&mounting, &mut planes), chain, row)
                 .is_none()
             {
                 row.misclosure = f64::NAN;

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use super::joint::SIX;
 use super::planes::PASS_GAP_S;
 use super::scene::Scene;
-use super::ties::Tie;
+use super::ties::{Tie, TieSet};
 use crate::geometry::rotation;
 use crate::observe::Mounting;
 
@@ -33,7 +33,7 @@ pub struct Coverage {
 impl Coverage {
     /// Of these ties under a mounting.
     #[must_use]
-    pub fn of(scene: &Scene, ties: &[Tie], mounting: &Mounting) -> Self {
+    pub fn of(scene: &Scene, ties: &TieSet, mounting: &Mounting) -> Self {
         let groups = scene.target.groups.len();
         let mut rotation = vec![Matrix3::zeros(); groups];
         let mut lever = vec![Matrix3::zeros(); groups];
@@ -95,19 +95,19 @@ impl Coverage {
 }
 
 /// Ties thinned evenly and split where the time jumps.
-fn passes(scene: &Scene, ties: &[Tie]) -> Vec<Vec<Tie>> {
-    let time_s = |t: &Tie| scene.campaign.soundings.time_s[t.row as usize];
+fn passes(scene: &Scene, ties: &TieSet) -> Vec<Vec<Tie>> {
+    let time_s = |t: &Tie| scene.campaign.soundings.at_s(t.row as usize);
     let mut passes: Vec<Vec<Tie>> = vec![];
     for tie in ties.iter().step_by(ties.len().div_ceil(LOOKED_AT).max(1)) {
         match passes.last_mut() {
             Some(pass)
                 if pass
                     .last()
-                    .is_some_and(|l| time_s(tie) - time_s(l) <= PASS_GAP_S) =>
+                    .is_some_and(|l| time_s(&tie) - time_s(l) <= PASS_GAP_S) =>
             {
-                pass.push(*tie);
+                pass.push(tie);
             }
-            _ => passes.push(vec![*tie]),
+            _ => passes.push(vec![tie]),
         }
     }
     passes

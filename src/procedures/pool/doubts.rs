@@ -20,7 +20,7 @@ use super::conditions::{ReturnConditions, Sight, SoundingConditions, motion};
 use super::joint::Blocks;
 use super::planes::PASS_GAP_S;
 use super::scene::Scene;
-use super::ties::Tie;
+use super::ties::TieSet;
 use crate::adjust::{Component, Row, ScoreColumns, Solved, Unit};
 use crate::calibrate::verdict::doubts::append;
 use crate::calibrate::verdict::{Alternative, Doubt};
@@ -42,17 +42,16 @@ pub struct Passes {
 impl Passes {
     /// Passes of the tied soundings.
     #[must_use]
-    pub fn of(scene: &Scene, ties: &[Tie]) -> Self {
-        let times_s: Vec<f64> = ties
-            .iter()
-            .map(|tie| scene.campaign.soundings.time_s[tie.row as usize])
-            .collect();
-        let pauses = times_s
-            .windows(2)
-            .filter(|pair| pair[1] - pair[0] > PASS_GAP_S);
-        Self {
-            begins_s: pauses.map(|pair| 0.5 * (pair[0] + pair[1])).collect(),
+    pub fn of(scene: &Scene, ties: &TieSet) -> Self {
+        let time_s = |row: u32| scene.campaign.soundings.at_s(row as usize);
+        let (mut before_s, mut begins_s) = (f64::INFINITY, vec![]);
+        for now_s in ties.iter().map(|tie| time_s(tie.row)) {
+            if now_s - before_s > PASS_GAP_S {
+                begins_s.push(0.5 * (before_s + now_s));
+            }
+            before_s = now_s;
         }
+        Self { begins_s }
     }
 
     /// How many there are.
@@ -248,18 +247,15 @@ impl<'a> Doubts<'a> {
     fn faces(&mut self, blocks: &Blocks) {
         let target = self.scene.target;
         self.columns.face = vec![None; target.faces.len()];
-        let seen_by =
-            |ties: &[Tie], face: usize| ties.iter().filter(|t| t.face as usize == face).count();
+        let seen =
+            [self.soundings.ties, self.returns.ties].map(|ties| ties.by_face(target.faces.len()));
+        let seen_by = |face: usize| seen[0][face] + seen[1][face];
         for face in 0..target.faces.len() {
             let plane = blocks.faces[face].as_ref();
             let alone = (0..target.faces.len())
                 .filter(|other| target.faces[*other].group == target.faces[face].group)
-                .all(|other| {
-                    other == face
-                        || seen_by(self.soundings.ties, other) + seen_by(self.returns.ties, other)
-                            < 20
-                });
-            let few = seen_by(self.soundings.ties, face) + seen_by(self.returns.ties, face) < 20;
+                .all(|other| other == face || seen_by(other) < 20);
+            let few = seen_by(face) < 20;
             if plane.is_none_or(|plane| plane.offset.is_some()) || alone || few {
                 continue;
             }
@@ -304,10 +300,10 @@ impl<'a> Doubts<'a> {
 
     fn sounding(&self, k: usize, at: &Solved, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
         let seen = self.soundings.seen(k, at.parameters, at.chain)?;
-        let tie = self.soundings.ties[k];
+        let tie = self.soundings.ties.get(k)?;
         let (sight, columns) = (&seen.sight, &self.columns);
         let by_beam = seen.adjusted.partials.jacobian.tr_mul(&seen.in_sensor);
-        let across_rad = self.scene.campaign.soundings.across_rad[tie.row as usize];
+        let [across_rad, ..] = self.scene.campaign.soundings.measured(tie.row as usize);
         let gradient = || -seen.by_range * (sight.rotation * sight.turned).z / 20.0;
         push_one(columns.latency, || self.late(sight, seen.stamp_s), push);
         push_one(columns.range_scale, || seen.by_range, push);
@@ -323,7 +319,7 @@ impl<'a> Doubts<'a> {
     }
 
     fn of_return(&self, k: usize, at: &Solved, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
-        let face = self.returns.ties[k].face;
+        let face = self.returns.ties.get(k)?.face;
         if !self.scene.laser_uses_trajectory() {
             self.face(face, push);
             return Some(());

@@ -15,6 +15,7 @@ use super::conditions::{FacePlane, MountingBlocks};
 use super::config::JointConfig;
 use super::coverage::Coverage;
 use super::planes::{self, GroupPlanes};
+use super::rows::Rows;
 use super::scene::Scene;
 use super::ties::TieSet;
 use crate::adjust::{
@@ -210,7 +211,7 @@ pub struct JointStart<'a> {
     /// Ties of the laser returns.
     pub returns: &'a TieSet,
     /// Soundings that may lie on the target.
-    pub candidates: &'a [u32],
+    pub candidates: &'a Rows,
     /// Ties of the soundings under the rough mounting, before anything is known of the trajectory's errors.
     pub soundings: &'a TieSet,
 }
@@ -227,7 +228,7 @@ pub fn run(
     progress: &dyn Watch,
 ) -> Result<JointOutcome, AdjustError> {
     let reach_s = if config.latency { 0.5 } else { 0.0 };
-    let epochs = Epochs::number(scene, start.returns, start.candidates, reach_s)?;
+    let epochs = Epochs::number(scene, start.returns, start.candidates.iter(), reach_s)?;
     let (parameters, blocks) = parameters(scene, start, config)?;
     let frame = Frame {
         scene,
@@ -261,7 +262,7 @@ impl Path<'_> {
         self.progress.step(&format!(
             "joint path: round {}, {} soundings tied",
             self.rounds.len() + 1,
-            ties.soundings.ties.len()
+            ties.soundings.len()
         ));
     }
 }
@@ -317,7 +318,7 @@ impl Model for Path<'_> {
             largest_step_in_sigma: step,
             reassigned,
         });
-        let few = (ties.soundings.ties.len() + ties.returns.ties.len()) / STABLE_SHARE;
+        let few = (ties.soundings.len() + ties.returns.len()) / STABLE_SHARE;
         let settled = all <= few || (step < STABLE_SIGMAS && self.rounds.len() > 1);
         let stable = settled && !pass.thinned;
         if stable || self.rounds.len() >= MOST_ROUNDS {

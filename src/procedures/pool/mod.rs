@@ -8,7 +8,8 @@
 //! | `arrays` | soundings of a transmit and a receive array |
 //! | [`frame`] | how the refined pose follows each laser point |
 //! | `poses` | poses at the observations, kept while they are few |
-//! | [`ties`], [`planes`] | which point lies on which face; the scanner's planes |
+//! | [`ties`], `tie_set`, [`planes`] | which point lies on which face, two bytes a row; the scanner's planes |
+//! | [`rows`] | chosen rows, one bit each |
 //! | [`sequential`] | the reference path |
 //! | [`joint`], [`conditions`] | the joint path |
 //! | [`coverage`] | what the faces' directions determine |
@@ -41,11 +42,13 @@ pub mod planes;
 mod poses;
 pub mod preview;
 pub mod procedure;
+pub mod rows;
 pub mod run;
 pub mod scene;
 pub mod sequential;
 pub mod summary;
 pub mod survey;
+mod tie_set;
 pub mod ties;
 pub mod verdict;
 

@@ -45,7 +45,6 @@ pub fn extract(scene: &Scene, ties: &TieSet, seed: u64) -> GroupPlanes {
 
 fn group_points(scene: &Scene, ties: &TieSet, group: usize) -> Vec<(f64, Vector3<f64>)> {
     let of_group = ties
-        .ties
         .iter()
         .filter(|t| scene.target.faces[t.face as usize].group == group);
     let time = |row: u32| {

@@ -1,12 +1,17 @@
 //! Poses of the body at the moments of the observations, kept while there are few: every pass over the data asks for them again.
 
+use std::cell::RefCell;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use rayon::prelude::*;
 
 use crate::observe::{Campaign, PoseSample, Trajectory};
 
-/// Up to so many returns, and so many moments of soundings, poses are kept (some 120 bytes each, and four for a sounding, whose moment is
-/// that of its ping); of more each is interpolated anew, since memory must not grow with what can be computed.
+/// Up to so many returns, and so many moments of soundings, poses are kept (some 120 bytes each); of more each is interpolated anew,
+/// since memory must not grow with what can be computed.
 const KEPT: usize = 300_000;
+/// Of up to so many soundings it is kept whose moment is whose (four bytes each).
+const LISTED: usize = 1_000_000;
 /// Rows per parallel task.
 const CHUNK: usize = 16_384;
 
@@ -19,6 +24,16 @@ pub(super) struct Poses {
     moments: Vec<Option<PoseSample>>,
     /// Moment of each sounding; empty where they are not kept.
     moment_of: Vec<u32>,
+    /// Tells the poses of this trajectory from those of others; zero while it may still change.
+    number: u64,
+}
+
+/// A pose that a thread has interpolated: of which trajectory, at which moment (its bits).
+type Again = ((u64, u64), Option<PoseSample>);
+
+thread_local! {
+    /// The last two: consecutive beams are of one ping, looked at with a latency and without.
+    static LAST: RefCell<[Again; 2]> = const { RefCell::new([((0, 0), None); 2]) };
 }
 
 impl Poses {
@@ -28,12 +43,19 @@ impl Poses {
         trajectory: &Trajectory,
         laser_uses_trajectory: bool,
     ) -> Self {
-        let mut kept = Self::default();
+        static TRAJECTORIES: AtomicU64 = AtomicU64::new(1);
+        let mut kept = Self {
+            number: TRAJECTORIES.fetch_add(1, Ordering::Relaxed),
+            ..Self::default()
+        };
         let times_s = &campaign.laser.time_s;
         if laser_uses_trajectory && times_s.len() <= KEPT {
             kept.returns = interpolated(trajectory, times_s);
         }
-        if let Some((distinct_s, moment_of)) = distinct(&campaign.soundings.time_s, KEPT) {
+        // of soundings in a file the column is empty
+        let times_s = &campaign.soundings.time_s;
+        let few = (1..=LISTED).contains(&times_s.len());
+        if let Some((distinct_s, moment_of)) = few.then(|| distinct(times_s, KEPT)).flatten() {
             kept.moments = interpolated(trajectory, &distinct_s);
             kept.moment_of = moment_of;
         }
@@ -44,6 +66,24 @@ impl Poses {
     #[inline]
     pub(super) fn of_return(&self, j: usize) -> Option<Option<PoseSample>> {
         self.returns.get(j).copied()
+    }
+
+    /// At a moment at which the next sounding probably was too; the pose is that of [`Trajectory::pose_at`].
+    #[inline]
+    pub(super) fn again(&self, trajectory: &Trajectory, moment_s: f64) -> Option<PoseSample> {
+        if self.number == 0 {
+            return trajectory.pose_at(moment_s).ok();
+        }
+        let of = (self.number, moment_s.to_bits());
+        LAST.with_borrow_mut(|last| {
+            if last[0].0 != of {
+                last.swap(0, 1);
+                if last[0].0 != of {
+                    last[0] = (of, trajectory.pose_at(moment_s).ok());
+                }
+            }
+            last[0].1
+        })
     }
 
     /// Of sounding `k`; as [`Self::of_return`].

@@ -149,7 +149,7 @@ pub fn preview(input: &PoolInput, progress: &dyn Watch) -> Result<Preview, PoolE
         let sounded = Sounded::by(&scene, input, &rough.mounting, &fitted);
         let near = sounded.candidates;
         soundings = sounded.ties;
-        fits = soundings.ties.len() as f64 / near.len().max(1) as f64;
+        fits = soundings.len() as f64 / near.len().max(1) as f64;
         let start = JointStart {
             mounting: rough.mounting,
             planes: &found,
@@ -160,7 +160,7 @@ pub fn preview(input: &PoolInput, progress: &dyn Watch) -> Result<Preview, PoolE
         if refusal.is_none() {
             match joint::predict(&scene, &start, input.joint) {
                 Ok((covariance, _)) => {
-                    let coverage = Coverage::of(&scene, &soundings.ties, &rough.mounting);
+                    let coverage = Coverage::of(&scene, &soundings, &rough.mounting);
                     predicted = Some(Predicted::of(&covariance, &coverage, input));
                 }
                 Err(error) => refusal = Some(Refusal::failed(&error)),
@@ -204,8 +204,8 @@ fn count(target: &Target, ties: &TieSet, role: Role) -> usize {
 fn split(scene: &Scene, ties: &TieSet) -> Vec<PassSpan> {
     let mut passes: Vec<PassSpan> = vec![];
     let mut last_s = f64::NEG_INFINITY;
-    for tie in &ties.ties {
-        let time_s = scene.campaign.soundings.time_s[tie.row as usize];
+    for tie in ties {
+        let time_s = scene.campaign.soundings.at_s(tie.row as usize);
         let Some(pose) = scene.sounding_pose(tie.row as usize, 0.0) else {
             continue;
         };

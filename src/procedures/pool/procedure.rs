@@ -130,6 +130,7 @@ impl Loaded for LoadedSurvey {
         let provenance = provenance(&file, &self.inputs, settings)?;
         let result = summary::result(&outcome, &input, dropped, &self.notes, provenance)?;
         let page = summary::page(&outcome, &result, &file.name, truth.as_ref())?;
+        whole(self)?;
         Ok(Finished { result, page })
     }
 
@@ -141,6 +142,7 @@ impl Loaded for LoadedSurvey {
     fn check(&self, settings: &Settings, progress: Progress<'_>) -> Result<Checked, InputError> {
         progress.begin("looking at the geometry")?;
         let preview = preview(&input(self, settings), progress).map_err(InputError::unworkable)?;
+        whole(self)?;
         let mut found = checked(self, &preview);
         if !self.recorders.is_empty() {
             progress.begin("georeferencing as the sounder did")?;
@@ -163,6 +165,14 @@ impl Loaded for LoadedSurvey {
         };
         Ok(claims(self).map(|claims| Box::new(observed(claims)) as Box<dyn Tried>))
     }
+}
+
+/// Refuses what was made of soundings that could not be read again from their file.
+fn whole(survey: &LoadedSurvey) -> Result<(), InputError> {
+    let fault = survey.campaign.soundings.fault().cloned();
+    fault.map_or(Ok(()), |fault| {
+        Err(InputError::unworkable(PoolError::from(fault)))
+    })
 }
 
 /// A loaded survey as the calibration takes it, without unknowns of the caller's own.

@@ -7,6 +7,7 @@ use super::alternatives;
 use super::config::{Drift, JointConfig, Planes, SequentialConfig};
 use super::joint::{self, JointOutcome, JointStart, Surfaces};
 use super::planes::{self, GroupPlanes};
+use super::rows::Rows;
 use super::scene::{RoughMounting, Scene};
 use super::sequential::{
     self, FaceSoundings, HorizontalReturns, HorizontalSoundings, RoleSoundings, ScannerPlanes,
@@ -17,6 +18,7 @@ use super::verdict::Refusal;
 use crate::adjust::AdjustError;
 pub use crate::calibrate::choices::Method;
 use crate::calibrate::verdict::Doubted;
+use crate::files::spill::SpillError;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::{Plane, PlaneFit};
 use crate::georef::{RayError, georeference};
@@ -85,6 +87,9 @@ pub enum PoolError {
         /// What would be right.
         expected: String,
     },
+    /// Soundings that were kept in a file cannot be read from it again.
+    #[error("soundings: {0}")]
+    File(#[from] SpillError),
     /// Stopped by whoever watches.
     #[error(transparent)]
     Stopped(#[from] Stopped),
@@ -162,7 +167,11 @@ pub fn calibrate_with<'a>(
     let mut scene = Scene::prepare(input.campaign, input.target, input.prior)?;
     scene.extras = input.extras;
     let outcome = calibrate_scene(input, scene, further, progress)?;
-    Ok(explained(input, outcome, progress)?)
+    let outcome = explained(input, outcome, progress)?;
+    match input.campaign.soundings.fault() {
+        Some(fault) => Err(fault.clone().into()),
+        None => Ok(outcome),
+    }
 }
 
 /// Refuses unknowns of the caller's own that cannot be used, or whose name another parameter has.
@@ -218,7 +227,7 @@ pub(super) struct Sounded {
     /// The faces below the water, on the planes that the scanner found.
     pub(super) sonar: Patches,
     /// Soundings that may lie on the target.
-    pub(super) candidates: Vec<u32>,
+    pub(super) candidates: Rows,
     /// Their ties.
     pub(super) ties: TieSet,
 }
@@ -306,10 +315,10 @@ fn paths(
     } = sounded;
     if input.method != Method::Joint {
         progress.begin("reference path: angles, then offsets")?;
-        let held = held(outcome, &ties);
-        outcome.sequential = Some(run_sequential(outcome, &held, input.sequential));
-        let again = further.iter().map(|c| run_sequential(outcome, &held, c));
-        outcome.further = again.collect();
+        let tied = Tied::new(&outcome.scene, &ties);
+        let first = run_sequential(outcome, &tied, input.sequential);
+        let again = further.iter().map(|c| run_sequential(outcome, &tied, c));
+        (outcome.further, outcome.sequential) = (again.collect(), Some(first));
     }
     let Some(rough) = outcome.rough.filter(|_| input.method != Method::Reference) else {
         return Ok(());
@@ -378,54 +387,115 @@ fn run_joint(
 }
 
 /// A tied sounding as the reference path uses it again in every pass.
+#[derive(Clone, Copy)]
 struct Held {
     pose: PoseSample,
     u_m: Vector3<f64>,
     face: u16,
 }
 
-/// Soundings that were tied once (patent step 2), ready to be georeferenced in every pass.
-fn held(outcome: &PoolOutcome, ties: &TieSet) -> Vec<Held> {
-    let scene = &outcome.scene;
-    let nominal = scene.campaign.sonar;
-    let hold = |tie: &Tie| {
-        let pose = scene.sounding_pose(tie.row as usize, 0.0)?;
-        let beam = scene.beam(tie.row as usize, &pose, &nominal)?;
-        Some(Held {
-            pose,
-            u_m: beam.vector_m(),
-            face: tie.face,
-        })
-    };
-    ties.ties.par_iter().filter_map(hold).collect()
+/// Up to so many tied soundings are held ready (136 bytes each); of more each is made ready anew in every pass, since memory must not
+/// grow with what can be computed.
+const MOST_HELD: usize = 200_000;
+/// Soundings per parallel task, whose sums are merged in order.
+const CHUNK: usize = 16_384;
+
+/// Soundings that were tied once (patent step 2), to be georeferenced in every pass.
+struct Tied<'a> {
+    scene: &'a Scene<'a>,
+    ties: &'a TieSet,
+    /// Those that have a beam, where they are few.
+    held: Option<Vec<Held>>,
+    /// The ties that each task begins at, so that all tasks but the last have as many soundings with a beam.
+    begins: Vec<usize>,
+}
+
+impl<'a> Tied<'a> {
+    fn new(scene: &'a Scene<'a>, ties: &'a TieSet) -> Self {
+        let few = ties.len() <= MOST_HELD;
+        let mut tied = Self {
+            scene,
+            ties,
+            held: None,
+            begins: vec![],
+        };
+        if few {
+            let starts = (0..ties.len()).into_par_iter().step_by(CHUNK);
+            let chunk = |start| ties.from(start).take(CHUNK);
+            let held = starts.flat_map_iter(|start| chunk(start).filter_map(|t| hold(scene, t)));
+            tied.held = Some(held.collect());
+        } else {
+            tied.begins = tied.begins();
+        }
+        tied
+    }
+
+    fn begins(&self) -> Vec<usize> {
+        let starts: Vec<usize> = (0..self.ties.len()).step_by(CHUNK).collect();
+        let whole = |start: &usize| {
+            let mut ties = self.ties.from(*start).take(CHUNK);
+            ties.all(|tie| hold(self.scene, tie).is_some())
+        };
+        if starts.par_iter().all(whole) {
+            return starts;
+        }
+        let held = self.ties.iter().enumerate();
+        let held = held.filter(|(_, tie)| hold(self.scene, *tie).is_some());
+        held.step_by(CHUNK).map(|(k, _)| k).collect()
+    }
+
+    /// Sums over the faces by task, under a mounting.
+    fn sums(&self, mounting: &Mounting) -> Vec<Vec<FaceSoundings>> {
+        let faces = self.scene.target.faces.len();
+        if let Some(held) = &self.held {
+            let of = |chunk: &[Held]| sums(faces, chunk.iter().copied(), mounting);
+            return held.par_chunks(CHUNK).map(of).collect();
+        }
+        let of = |begin: &usize| {
+            let held = self
+                .ties
+                .from(*begin)
+                .filter_map(|tie| hold(self.scene, tie));
+            sums(faces, held.take(CHUNK), mounting)
+        };
+        self.begins.par_iter().map(of).collect()
+    }
+}
+
+fn hold(scene: &Scene, tie: Tie) -> Option<Held> {
+    let pose = scene.sounding_pose(tie.row as usize, 0.0)?;
+    let beam = scene.beam(tie.row as usize, &pose, &scene.campaign.sonar)?;
+    Some(Held {
+        pose,
+        u_m: beam.vector_m(),
+        face: tie.face,
+    })
+}
+
+fn sums(faces: usize, held: impl Iterator<Item = Held>, mounting: &Mounting) -> Vec<FaceSoundings> {
+    let mut sums = vec![FaceSoundings::default(); faces];
+    for h in held {
+        sums[h.face as usize].add(&georeference(&h.pose, mounting, &h.u_m), &h.pose.rotation);
+    }
+    sums
 }
 
 /// Runs the reference path on tied soundings, re-georeferenced in every pass.
 fn run_sequential(
     outcome: &PoolOutcome,
-    held: &[Held],
+    tied: &Tied,
     config: &SequentialConfig,
 ) -> Result<sequential::Outcome, SequentialError> {
     let scanner = scanner_planes(outcome)?;
     let nominal = outcome.scene.campaign.sonar;
     sequential::run(&nominal, &scanner, config, &mut |mounting: &Mounting, _| {
-        pooled(outcome.scene.target, held, mounting)
+        pooled(tied, mounting)
     })
 }
 
 /// Soundings of all passes by role, under a mounting; parts are merged in a fixed order.
-fn pooled(target: &Target, held: &[Held], mounting: &Mounting) -> RoleSoundings {
-    let parts: Vec<Vec<FaceSoundings>> = held
-        .par_chunks(16_384)
-        .map(|chunk| {
-            let mut faces = vec![FaceSoundings::default(); target.faces.len()];
-            for h in chunk {
-                faces[h.face as usize]
-                    .add(&georeference(&h.pose, mounting, &h.u_m), &h.pose.rotation);
-            }
-            faces
-        })
-        .collect();
+fn pooled(tied: &Tied, mounting: &Mounting) -> RoleSoundings {
+    let (target, parts) = (tied.scene.target, tied.sums(mounting));
     let mut roles = RoleSoundings::default();
     for (face, f) in target.faces.iter().enumerate() {
         let mut all = FaceSoundings::default();
@@ -468,7 +538,7 @@ pub(super) fn scanner_planes(outcome: &PoolOutcome) -> Result<ScannerPlanes, Seq
         found.ok_or(SequentialError::NoScannerPlane { plane })
     };
     let mut sums = vec![(0usize, Vector3::zeros()); target.faces.len()];
-    for tie in &outcome.returns.ties {
+    for tie in &outcome.returns {
         if let Some((point, _)) = outcome.scene.laser_point(tie.row as usize) {
             sums[tie.face as usize].0 += 1;
             sums[tie.face as usize].1 += point;

@@ -1,10 +1,10 @@
 //! The scene of a pool calibration: trajectory and laser points in the refined target frame, beams after refraction.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
-use rayon::prelude::*;
 
 use super::frame::{self, LaserSample, turned};
 use super::poses::Poses;
+use super::rows::Rows;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::georef::refraction::{Launch, Water as Refraction};
 use crate::georef::{Beam, RayError, georeference, local_trajectory};
@@ -20,8 +20,6 @@ const REGISTRATION_POINTS: usize = 2500;
 const LOOKED_AT: usize = 20_000;
 /// What a nominal mounting displaces soundings by at the most, metres.
 const FAR_OFF_M: f64 = 1.5;
-/// Rows per parallel task.
-const CHUNK: usize = 16_384;
 
 /// Everything in the refined target frame.
 #[derive(Debug)]
@@ -192,18 +190,18 @@ impl<'a> Scene<'a> {
         if let Some(arrays) = &s.arrays {
             return self.array_beam(arrays, k, pose, mounting);
         }
-        let (across_rad, along_rad) = (s.across_rad[k], s.along_rad[k]);
+        let [across_rad, along_rad, range] = s.measured(k);
         match &s.range {
-            SoundingRange::Metres(range) => Some(Beam {
-                range_m: range[k],
+            SoundingRange::Metres(_) => Some(Beam {
+                range_m: range,
                 across_rad,
                 along_rad,
             }),
-            SoundingRange::TwoWayTravelTime(time_s) => {
+            SoundingRange::TwoWayTravelTime(_) => {
                 let launch = Launch {
                     across_rad,
                     along_rad,
-                    two_way_s: time_s[k],
+                    two_way_s: range,
                 };
                 self.water.as_ref()?.refract(&launch, pose, mounting).ok()
             }
@@ -214,8 +212,10 @@ impl<'a> Scene<'a> {
     #[must_use]
     pub fn sounding_pose(&self, k: usize, latency_s: f64) -> Option<PoseSample> {
         let kept = self.poses.of_sounding(k).filter(|_| latency_s == 0.0);
-        let moment = || self.campaign.soundings.time_s[k] - latency_s;
-        kept.unwrap_or_else(|| self.trajectory.pose_at(moment()).ok())
+        kept.unwrap_or_else(|| {
+            let moment_s = self.campaign.soundings.at_s(k) - latency_s;
+            self.poses.again(&self.trajectory, moment_s)
+        })
     }
 
     /// Record of the trajectory before the time of sounding `k`, less the latency; `None` outside the trajectory.
@@ -223,7 +223,7 @@ impl<'a> Scene<'a> {
     pub fn sounding_record(&self, k: usize, latency_s: f64) -> Option<u32> {
         let kept = self.poses.of_sounding(k).filter(|_| latency_s == 0.0);
         kept.map_or_else(
-            || self.record_before(self.campaign.soundings.time_s[k] - latency_s),
+            || self.record_before(self.campaign.soundings.at_s(k) - latency_s),
             |pose| Some(pose?.record),
         )
     }
@@ -315,9 +315,9 @@ impl<'a> Scene<'a> {
 
     /// Soundings that could lie on the target if the mounting were wrong by up to `reach_m`, in order.
     #[must_use]
-    pub fn soundings_near(&self, patches: &Patches, mounting: &Mounting, reach_m: f64) -> Vec<u32> {
+    pub fn soundings_near(&self, patches: &Patches, mounting: &Mounting, reach_m: f64) -> Rows {
         let near = |k: usize| self.is_near(k, patches, mounting, reach_m);
-        chosen_rows(self.campaign.soundings.len(), near)
+        Rows::chosen(self.campaign.soundings.len(), near)
     }
 
     fn is_near(&self, k: usize, patches: &Patches, mounting: &Mounting, reach_m: f64) -> bool {
@@ -452,41 +452,20 @@ fn best_height<const D: usize>(
     }
 }
 
-/// Indices for which `keep` holds, in order, computed in parallel.
-fn chosen_rows(count: usize, keep: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
-    let chunks: Vec<Vec<u32>> = (0..count.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|c| {
-            (c * CHUNK..((c + 1) * CHUNK).min(count))
-                .filter(|&k| keep(k))
-                .map(|k| k as u32)
-                .collect()
-        })
-        .collect();
-    chunks.concat()
-}
-
 /// Evenly chosen rows for a registration among those for which `keep` holds, and how many hold. Of many rows only every so many
 /// are looked at, if that yields enough; their number is then a multiple.
 fn sampled(count: usize, keep: impl Fn(usize) -> bool + Sync) -> (Vec<u32>, usize) {
     let stride = count / LOOKED_AT;
     if stride > 1 {
-        let some = chosen_rows(count / stride, |k| keep(k * stride));
+        let some = Rows::chosen(count / stride, |k| keep(k * stride));
         if some.len() >= REGISTRATION_POINTS {
-            let rows: Vec<u32> = some.iter().map(|k| k * stride as u32).collect();
-            return (thinned(&rows, REGISTRATION_POINTS), rows.len() * stride);
+            let mut rows = some.thinned(REGISTRATION_POINTS);
+            rows.iter_mut().for_each(|k| *k *= stride as u32);
+            return (rows, some.len() * stride);
         }
     }
-    let all = chosen_rows(count, keep);
-    (thinned(&all, REGISTRATION_POINTS), all.len())
-}
-
-/// At most `count` of the rows, evenly spread by a stride that is coprime to beams per ping in practice.
-fn thinned(rows: &[u32], count: usize) -> Vec<u32> {
-    if rows.len() <= count {
-        return rows.to_vec();
-    }
-    (0..count).map(|i| rows[i * rows.len() / count]).collect()
+    let all = Rows::chosen(count, keep);
+    (all.thinned(REGISTRATION_POINTS), all.len())
 }
 
 fn laser_frame(

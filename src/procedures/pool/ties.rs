@@ -1,11 +1,12 @@
 //! Ties: which sounding or return lies on which face, found anew from the raw observations whenever the estimate moved.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::rows::Rows;
 use super::scene::Scene;
+use super::tie_set::code;
+pub use super::tie_set::{Reason, Tie, TieSet, Ties};
 use crate::adjust::ChainState;
 use crate::calibrate::cloud::SensorModel;
 use crate::geometry::rotation::exp;
@@ -19,163 +20,6 @@ const CHUNK: usize = 16_384;
 const MARGIN_SIGMAS: f64 = 3.0;
 /// But never less than this, metres.
 const LEAST_MARGIN_M: f64 = 0.02;
-
-/// One observation on one face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tie {
-    /// Row of the raw observation.
-    pub row: u32,
-    /// Index of the face in the target.
-    pub face: u16,
-}
-
-/// What became of an observation; the number is what Python's arrays hold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum Reason {
-    /// It is tied to a face.
-    Used,
-    /// The trajectory gives no position at its time.
-    OutsideTrajectory,
-    /// No face is within the gate.
-    NoFace,
-    /// Within the gate of a face's plane, but outside of its outline, or too close to the edge.
-    OutsideOutline,
-    /// Two faces are as good.
-    Ambiguous,
-    /// It lies on an obstacle.
-    Obstacle,
-    /// It lies on a face whose plane the scanner did not see.
-    Unseen,
-    /// Data snooping rejected it.
-    GrossError,
-    /// Only of a simulation, where it is known: it struck something else.
-    StruckOther,
-    /// The calibration ended before it was looked at.
-    NotLookedAt,
-}
-
-impl Reason {
-    /// All, by their numbers.
-    pub const ALL: [Self; 10] = [
-        Self::Used,
-        Self::OutsideTrajectory,
-        Self::NoFace,
-        Self::OutsideOutline,
-        Self::Ambiguous,
-        Self::Obstacle,
-        Self::Unseen,
-        Self::GrossError,
-        Self::StruckOther,
-        Self::NotLookedAt,
-    ];
-
-    /// As a reader sees it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Used => "used",
-            Self::OutsideTrajectory => "outside the trajectory",
-            Self::NoFace => "no face within the gate",
-            Self::OutsideOutline => "outside outline",
-            Self::Ambiguous => "ambiguous",
-            Self::Obstacle => "on an obstacle",
-            Self::Unseen => "on a plane that the scanner did not see",
-            Self::GrossError => "gross error",
-            Self::StruckOther => "hit another surface",
-            Self::NotLookedAt => "not looked at",
-        }
-    }
-
-    fn of(verdict: Option<Verdict>) -> Self {
-        match verdict {
-            Some(Verdict::Tie(_)) => Self::Used,
-            Some(Verdict::NoFace) => Self::NoFace,
-            Some(Verdict::OutsideOutline) => Self::OutsideOutline,
-            Some(Verdict::Ambiguous) => Self::Ambiguous,
-            Some(Verdict::Obstacle) => Self::Obstacle,
-            None => Self::OutsideTrajectory,
-        }
-    }
-}
-
-/// Ties of one sensor and what became of the other rows.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct TieSet {
-    /// The ties in order of their rows.
-    pub ties: Vec<Tie>,
-    /// What became of each row of the sensor; empty where none was looked at.
-    pub reasons: Vec<Reason>,
-}
-
-impl TieSet {
-    /// Number of rows tied here but not there, or to another face.
-    #[must_use]
-    pub fn changed_from(&self, other: &Self) -> usize {
-        let (mut i, mut j, mut same) = (0, 0, 0);
-        while let (Some(a), Some(b)) = (self.ties.get(i), other.ties.get(j)) {
-            same += usize::from(a == b);
-            (i, j) = (
-                i + usize::from(a.row <= b.row),
-                j + usize::from(b.row <= a.row),
-            );
-        }
-        self.ties.len().max(other.ties.len()) - same
-    }
-
-    /// At most `most` of the ties, evenly chosen.
-    #[must_use]
-    pub fn thinned(&self, most: usize) -> Self {
-        let stride = self.ties.len().div_ceil(most).max(1);
-        Self {
-            ties: self.ties.iter().step_by(stride).copied().collect(),
-            reasons: self.reasons.clone(),
-        }
-    }
-
-    /// What became of a row.
-    #[must_use]
-    pub fn reason(&self, row: usize) -> Reason {
-        let found = self.reasons.get(row);
-        found.copied().unwrap_or(Reason::NotLookedAt)
-    }
-
-    /// Rows that were looked at and are not tied, by reason.
-    #[must_use]
-    pub fn rejected(&self) -> BTreeMap<Reason, u64> {
-        let mut counts = [0; Reason::ALL.len()];
-        for reason in &self.reasons {
-            counts[*reason as usize] += 1;
-        }
-        let all = Reason::ALL.into_iter().zip(counts);
-        all.filter(|(reason, n)| *reason != Reason::Used && *n > 0)
-            .collect()
-    }
-
-    /// Leaves out ties that are not to be kept, and notes why.
-    pub(super) fn retain(&mut self, why: Reason, mut keep: impl FnMut(&Tie) -> bool) {
-        let reasons = &mut self.reasons;
-        self.ties.retain(|tie| {
-            let kept = keep(tie);
-            if !kept && let Some(reason) = reasons.get_mut(tie.row as usize) {
-                *reason = why;
-            }
-            kept
-        });
-    }
-
-    /// Leaves out ties to a face that the observation did not strike, where that is known.
-    fn keep_true(&mut self, struck: Option<&[u16]>) {
-        let Some(struck) = struck else { return };
-        self.retain(Reason::StruckOther, |t| struck[t.row as usize] == t.face);
-    }
-
-    /// Number of ties on faces that `keep`.
-    #[must_use]
-    pub fn count(&self, keep: impl Fn(usize) -> bool) -> usize {
-        self.ties.iter().filter(|t| keep(t.face as usize)).count()
-    }
-}
 
 /// A-priori variance of the trajectory as one point feels it.
 #[derive(Clone, Copy, Debug)]
@@ -340,27 +184,27 @@ impl Among<'_> {
     fn count(&self, all: usize) -> usize {
         match self {
             Self::All | Self::AllLike(_) => all,
-            Self::Tied(set) => set.ties.len(),
+            Self::Tied(set) => set.len(),
         }
     }
 
     /// What is known of the rows before they are judged.
-    fn reasons(&self, all: usize) -> Vec<Reason> {
+    fn codes(&self, all: usize) -> Vec<u16> {
         match self {
-            Self::All | Self::AllLike(_) => vec![Reason::NotLookedAt; all],
-            Self::Tied(set) => set.reasons.clone(),
+            Self::All | Self::AllLike(_) => vec![Reason::NotLookedAt.code(); all],
+            Self::Tied(set) => set.codes(),
         }
     }
 
     /// Rows and the faces they were tied to, from the `i`-th on.
     fn from(&self, i: usize) -> impl Iterator<Item = (usize, Option<u16>)> + '_ {
-        let ties: &[Tie] = match self {
-            Self::All => &[],
-            Self::AllLike(set) => &set.ties[set.ties.partition_point(|t| (t.row as usize) < i)..],
-            Self::Tied(set) => &set.ties[i..],
+        let ties = match self {
+            Self::All => None,
+            Self::AllLike(set) => Some(set.beginning_at(i)),
+            Self::Tied(set) => Some(set.from(i)),
         };
         let only_tied = matches!(self, Self::Tied(_));
-        let (mut ties, mut row) = (ties.iter().peekable(), i);
+        let (mut ties, mut row) = (ties.into_iter().flatten().peekable(), i);
         std::iter::from_fn(move || {
             if only_tied {
                 return ties.next().map(|t| (t.row as usize, Some(t.face)));
@@ -387,7 +231,7 @@ pub fn tie_returns(
     let noise = &campaign.laser.noise;
     let count = among.count(campaign.laser.len());
     let mut set = collect(
-        among.reasons(campaign.laser.len()),
+        among.codes(campaign.laser.len()),
         count,
         |i| among.from(i),
         |j, hint| {
@@ -463,7 +307,7 @@ impl PlacedBy<'_> {
 pub fn tie_soundings(
     scene: &Scene,
     patches: &Patches,
-    rows: &[u32],
+    rows: &Rows,
     model: &PlacedBy,
     association: &Association,
 ) -> TieSet {
@@ -472,10 +316,10 @@ pub fn tie_soundings(
     let gate_sigmas = association.gate_sigmas;
     let spread_m2 = TrajectoryVariance::new(&campaign.trajectory.noise, true).position_m2;
     let trajectory = association.variance(&campaign.trajectory.noise);
-    let from = |i: usize| rows[i..].iter().map(|row| (*row as usize, None));
+    let from = |i: usize| rows.from(i).map(|row| (row as usize, None));
     // rows that are not among these lie far from every face
-    let reasons = vec![Reason::NoFace; campaign.soundings.len()];
-    let mut set = collect(reasons, rows.len(), from, |k, before| {
+    let codes = vec![Reason::NoFace.code(); campaign.soundings.len()];
+    let mut set = collect(codes, rows.len(), from, |k, before| {
         let (pose, beam) = model.beam(scene, k)?;
         let noise = &scene.sounding_noise(k);
         let pose = association.pose(pose);
@@ -502,7 +346,7 @@ pub fn tie_soundings(
 pub fn tie_soundings_first(
     scene: &Scene,
     patches: &Patches,
-    rows: &[u32],
+    rows: &Rows,
     mounting: &Mounting,
     gate_sigmas: f64,
 ) -> TieSet {
@@ -512,9 +356,9 @@ pub fn tie_soundings_first(
 }
 
 /// Runs `judge` over `count` rows in parallel and keeps the ties in order; `from(i)` gives the rows, ascending, from the `i`-th on, each
-/// with the face it probably lies on, else the face of the last tie is taken for that. `reasons` holds what is known of all rows before.
+/// with the face it probably lies on, else the face of the last tie is taken for that. `codes` holds what is known of all rows before.
 fn collect<I: Iterator<Item = (usize, Option<u16>)>>(
-    mut reasons: Vec<Reason>,
+    mut codes: Vec<u16>,
     count: usize,
     from: impl Fn(usize) -> I + Sync,
     judge: impl Fn(usize, Option<u16>) -> Option<Verdict> + Sync,
@@ -523,7 +367,7 @@ fn collect<I: Iterator<Item = (usize, Option<u16>)>>(
     let ends = starts.clone().skip(1).map(|i| from(i).next());
     let ends = ends.map(|next| next.map_or(usize::MAX, |(row, _)| row));
     let ends: Vec<usize> = ends.chain([usize::MAX]).collect();
-    let (mut rest, mut first) = (reasons.as_mut_slice(), 0);
+    let (mut rest, mut first) = (codes.as_mut_slice(), 0);
     let mut parts = vec![];
     for (i, end) in starts.zip(ends) {
         let length = (end - first).min(rest.len());
@@ -531,41 +375,23 @@ fn collect<I: Iterator<Item = (usize, Option<u16>)>>(
         parts.push((i, first, own));
         (rest, first) = (behind, first + length);
     }
-    let judged = |(i, first, reasons): (usize, usize, &mut [Reason])| {
-        let mut ties: Vec<Tie> = vec![];
+    let judged = |(i, first, codes): (usize, usize, &mut [u16])| {
+        let mut last = None;
         for (row, known) in from(i).take(CHUNK.min(count - i)) {
-            let verdict = judge(row, known.or(ties.last().map(|tie| tie.face)));
+            let verdict = judge(row, known.or(last));
             if let Some(Verdict::Tie(face)) = verdict {
-                let row = row as u32;
-                ties.push(Tie { row, face });
+                last = Some(face);
             }
-            reasons[row - first] = Reason::of(verdict);
+            codes[row - first] = code(verdict);
         }
-        ties
     };
-    let ties: Vec<Vec<Tie>> = parts.into_par_iter().map(judged).collect();
-    let ties = ties.concat();
-    TieSet { ties, reasons }
+    parts.into_par_iter().for_each(judged);
+    TieSet::of_codes(codes)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn changes_are_counted_in_rows() {
-        let set = |pairs: &[(u32, u16)]| TieSet {
-            ties: pairs.iter().map(|&(row, face)| Tie { row, face }).collect(),
-            ..TieSet::default()
-        };
-        let before = set(&[(1, 0), (2, 0), (5, 1)]);
-        assert_eq!(before.changed_from(&before), 0);
-        assert_eq!(set(&[(1, 0), (2, 3), (5, 1)]).changed_from(&before), 1);
-        assert_eq!(
-            set(&[(1, 0), (5, 1), (6, 1), (7, 1)]).changed_from(&before),
-            2
-        );
-    }
 
     #[test]
     fn angle_noise_acts_across_the_ray_in_the_scan_plane() {

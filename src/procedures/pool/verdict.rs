@@ -266,9 +266,9 @@ impl Refusal {
     /// What a joint outcome proves wrong.
     #[must_use]
     pub fn of_joint(joint: &JointOutcome, input: &PoolInput) -> Option<Self> {
-        if joint.soundings.ties.len() < LEAST_TIES {
+        if joint.soundings.len() < LEAST_TIES {
             return Some(Self::NoSoundings {
-                near: joint.soundings.ties.len(),
+                near: joint.soundings.len(),
                 fit: 0.0,
             });
         }

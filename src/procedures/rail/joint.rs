@@ -188,7 +188,7 @@ impl Path<'_> {
         let ins_share = InsShares::of(self.recorded.len(), judged.ignored.get(1)).least();
         if let Some(mask) = judged.ignored.first() {
             let mut off = mask.iter();
-            ties.retain(|_| !off.next().copied().unwrap_or(false));
+            ties.retain(|_| !off.next().unwrap_or(false));
         }
         let (x, sought) = (&solution.estimate.parameters, self.blocks.sought());
         let profilers = 0..self.blocks.mountings.len();

@@ -5,7 +5,7 @@ use super::doubts::Doubts;
 use super::model::Blocks;
 use super::scene::RailScene;
 use super::trial::names;
-use crate::adjust::{AdjustError, FitTest, Problem, Quality, Solution, prior_tests};
+use crate::adjust::{AdjustError, Bits, FitTest, Problem, Quality, Solution, prior_tests};
 use crate::calibrate::verdict::bounds::{Correction, Share, share, size};
 use crate::calibrate::verdict::doubts::{self, Doubted};
 use crate::calibrate::verdict::fit::{self, Part};
@@ -42,10 +42,10 @@ pub struct InsShares {
 impl InsShares {
     /// Of so many positions, three conditions each, and which of those conditions were switched off.
     #[must_use]
-    pub fn of(positions: usize, ignored: Option<&Vec<bool>>) -> Self {
+    pub fn of(positions: usize, ignored: Option<&Bits>) -> Self {
         let off = |axis: usize| {
-            let mask = ignored.into_iter().flatten().enumerate();
-            mask.filter(|(k, off)| k % 3 == axis && **off).count()
+            let mask = ignored.into_iter().flat_map(Bits::iter).enumerate();
+            mask.filter(|(k, off)| k % 3 == axis && *off).count()
         };
         Self {
             positions,

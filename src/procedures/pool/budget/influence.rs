@@ -166,7 +166,7 @@ impl<'a> View<'a> {
 
     /// Metres along the normal by which a sounding moves when its stamp goes from one delay to another (seconds).
     fn delayed(&self, seen: &Seen, from_s: f64, to_s: f64) -> f64 {
-        let time_s = self.scene.campaign.soundings.time_s[seen.row as usize];
+        let time_s = self.scene.campaign.soundings.at_s(seen.row as usize);
         let pose = |delay_s: f64| self.scene.trajectory.pose_at(time_s + delay_s);
         let (Ok(before), Ok(after), Some(normal)) =
             (pose(from_s), pose(to_s), self.normal(seen.face))
@@ -202,7 +202,7 @@ impl<'a> View<'a> {
         if step_s <= 0.0 {
             return Matrix6::zeros();
         }
-        let ping = |s: &Seen| self.scene.campaign.soundings.ping[s.row as usize];
+        let ping = |s: &Seen| self.scene.campaign.soundings.name(s.row as usize).0;
         let moved = |s: &Seen| s.six * self.delayed(s, -step_s, step_s);
         let sum: Matrix6<f64> = self
             .soundings
@@ -237,14 +237,14 @@ impl<'a> View<'a> {
     /// The point under the water known less the point under the true one, along the normal, per 1/s.
     fn bent(&self, seen: &Seen, less: &Water, more: &Water, known: &SoundSpeed) -> Option<f64> {
         let soundings = &self.scene.campaign.soundings;
-        let k = seen.row as usize;
+        let [across_rad, along_rad, range] = soundings.measured(seen.row as usize);
         let two_way_s = match &soundings.range {
-            SoundingRange::Metres(range) => 2.0 * range[k] / first_speed(known),
-            SoundingRange::TwoWayTravelTime(time_s) => time_s[k],
+            SoundingRange::Metres(_) => 2.0 * range / first_speed(known),
+            SoundingRange::TwoWayTravelTime(_) => range,
         };
         let launch = Launch {
-            across_rad: soundings.across_rad[k],
-            along_rad: soundings.along_rad[k],
+            across_rad,
+            along_rad,
             two_way_s,
         };
         let end = |water: &Water| water.refract(&launch, &seen.pose, &self.sonar).ok();

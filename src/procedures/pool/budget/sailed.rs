@@ -26,7 +26,7 @@ const SHORT_M: f64 = 1.0;
 pub fn as_scenario(survey: &LoadedSurvey) -> Option<Scenario> {
     let mut scenario = claims(survey)?;
     let trajectory = local_trajectory(&survey.campaign.trajectory, &survey.pose).trajectory;
-    let stretches = stretches(&survey.campaign.soundings.time_s);
+    let stretches = stretches(survey.campaign.soundings.times_s());
     let sailed: Vec<Sailed> = stretches
         .iter()
         .filter_map(|&(from_s, to_s)| Sailed::of(&trajectory, from_s, to_s))
@@ -44,9 +44,9 @@ pub fn as_scenario(survey: &LoadedSurvey) -> Option<Scenario> {
 }
 
 /// Begin and end of each stretch without a pause.
-fn stretches(time_s: &[f64]) -> Vec<(f64, f64)> {
+fn stretches(times_s: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
     let mut all: Vec<(f64, f64)> = vec![];
-    for &t in time_s {
+    for t in times_s {
         match all.last_mut() {
             Some((_, end)) if t - *end < PAUSE_S => *end = t,
             _ => all.push((t, t)),
@@ -190,7 +190,8 @@ fn oscillation(series: &[(&[f64], Vec<f64>)], with_mean: bool) -> Oscillation {
 fn multibeam(sonar: &mut Multibeam, observed: &Soundings, duration_s: f64) {
     let mut pings = 0;
     let mut before = None;
-    for at in observed.time_s.iter().zip(&observed.ping) {
+    for k in 0..observed.len() {
+        let at = (observed.at_s(k), observed.name(k).0);
         pings += usize::from(before != Some(at));
         before = Some(at);
     }
@@ -232,7 +233,7 @@ mod tests {
     #[test]
     fn a_pause_ends_a_stretch() {
         let times = [0.0, 1.0, 2.0, 20.0, 21.0];
-        assert_eq!(stretches(&times), [(0.0, 2.0), (20.0, 21.0)]);
+        assert_eq!(stretches(times.into_iter()), [(0.0, 2.0), (20.0, 21.0)]);
     }
 
     /// A sine of amplitude 2 and period 4 s about 7 is found again.

@@ -82,13 +82,13 @@ fn sounding_ties(input: &PoolInput, outcome: &PoolOutcome, scanned: &Scanned) ->
         return vec![];
     };
     let sounded = Sounded::by(&outcome.scene, input, &rough.mounting, &scanned.fitted);
-    sounded.ties.ties
+    sounded.ties.iter().collect()
 }
 
 /// Mean of the wall's returns, whose X the path compares.
 fn wall_mean_m(outcome: &PoolOutcome) -> Vector3<f64> {
     let scene = &outcome.scene;
-    let ties = outcome.returns.ties.iter();
+    let ties = outcome.returns.iter();
     let of_wall = ties.filter(|t| scene.target.faces[t.face as usize].role == Role::P2);
     let points = of_wall.filter_map(|t| Some(scene.laser_point(t.row as usize)?.0));
     let (count, sum) = points.fold((0, Vector3::zeros()), |(n, sum), p| (n + 1, sum + p));
@@ -370,9 +370,9 @@ fn of_returns(scene: &Scene, scanned: &Scanned, slopes: &Slopes) -> Vec<Pull> {
         others: vec![],
     };
     let mut add = |tie: &Tie, six: Vector6<f64>| all.add(tie.row, tie.face, six);
-    for tie in &scanned.wide.ties {
-        if let Some(six) = through_plane(scene, scanned, slopes, tie) {
-            add(tie, six);
+    for tie in &scanned.wide {
+        if let Some(six) = through_plane(scene, scanned, slopes, &tie) {
+            add(&tie, six);
         }
     }
     let count = |role: Role| {
@@ -380,12 +380,12 @@ fn of_returns(scene: &Scene, scanned: &Scanned, slopes: &Slopes) -> Vec<Pull> {
         scanned.returns.count(of_role).max(1) as f64
     };
     let (wall, level) = (count(Role::P2), count(Role::Horizontal));
-    for tie in &scanned.returns.ties {
+    for tie in &scanned.returns {
         let face = &scene.target.faces[tie.face as usize];
         let normal = scene.target.groups[face.group].normal;
         match face.role {
-            Role::P2 => add(tie, slopes.wall * (normal.x / wall)),
-            Role::Horizontal => add(tie, slopes.height * (normal.z / level)),
+            Role::P2 => add(&tie, slopes.wall * (normal.x / wall)),
+            Role::Horizontal => add(&tie, slopes.height * (normal.z / level)),
             _ => {}
         }
     }

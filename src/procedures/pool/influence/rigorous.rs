@@ -6,7 +6,7 @@ use super::super::conditions::{ReturnConditions, SoundingConditions, TrajectoryE
 use super::super::config::{Drift, JointConfig, Planes};
 use super::super::joint::{Epochs, JointOutcome, RETURNS, SOUNDINGS, options};
 use super::super::scene::Scene;
-use super::super::ties::{Tie, TrajectoryVariance};
+use super::super::ties::{Tie, TieSet, TrajectoryVariance};
 use super::{Pull, Pulls};
 use crate::adjust::{
     AdjustError, Estimate, Figures, Options, ParameterSet, Problem, Source, figures, influence,
@@ -31,9 +31,9 @@ fn with_problem<T>(
     parts: [f64; 2],
     then: impl FnOnce(&Problem) -> T,
 ) -> Result<T, AdjustError> {
-    let rows: Vec<u32> = joint.soundings.ties.iter().map(|t| t.row).collect();
+    let rows = joint.soundings.iter().map(|tie| tie.row);
     let reach_s = if config.latency { 0.5 } else { 0.0 };
-    let epochs = Epochs::number(scene, &joint.returns, &rows, reach_s)?;
+    let epochs = Epochs::number(scene, &joint.returns, rows, reach_s)?;
     let as_states = config.drift == Drift::On && epochs.chain.is_some();
     let trajectory = if as_states {
         TrajectoryErrors::States(&epochs.of_record)
@@ -44,7 +44,7 @@ fn with_problem<T>(
     let (blocks, x) = (&joint.blocks, &joint.solution.estimate.parameters);
     let soundings = SoundingConditions {
         scene,
-        ties: &joint.soundings.ties,
+        ties: &joint.soundings,
         planes: &blocks.faces,
         mounting: blocks.mounting,
         latency: blocks.latency,
@@ -57,7 +57,7 @@ fn with_problem<T>(
     };
     let returns = ReturnConditions {
         scene,
-        ties: &joint.returns.ties,
+        ties: &joint.returns,
         planes: &blocks.faces,
         scanner: blocks.scanner,
         trajectory,
@@ -107,11 +107,11 @@ pub fn joint(
     with_problem(scene, outcome, config, parts, |problem| {
         let solution = solve(problem, start, &Options::default())?;
         let mut found = influence(problem, &solution)?.conditions.into_iter();
-        let mut of = |ties: &[Tie]| found.next().map_or(vec![], |sought| pulls(ties, &sought));
+        let mut of = |ties: &TieSet| found.next().map_or(vec![], |sought| pulls(ties, &sought));
         Ok(JointInfluence {
             pulls: Pulls {
-                soundings: of(&outcome.soundings.ties),
-                returns: of(&outcome.returns.ties),
+                soundings: of(&outcome.soundings),
+                returns: of(&outcome.returns),
                 turns: vec![Matrix6x3::zeros(); scene.target.faces.len()],
             },
             covariance: six(&solution.cofactor),
@@ -141,8 +141,8 @@ fn six(cofactor: &DMatrix<f64>) -> Matrix6<f64> {
 }
 
 /// The mounting's six come first among the parameters sought.
-fn pulls(ties: &[Tie], sought: &DMatrix<f64>) -> Vec<Pull> {
-    let pull = |(k, tie): (usize, &Tie)| Pull {
+fn pulls(ties: &TieSet, sought: &DMatrix<f64>) -> Vec<Pull> {
+    let pull = |(k, tie): (usize, Tie)| Pull {
         row: tie.row,
         face: tie.face,
         six: sought.fixed_view::<6, 1>(0, k).into_owned(),

@@ -20,7 +20,7 @@ impl Epochs {
     pub fn number(
         scene: &Scene,
         returns: &TieSet,
-        soundings: &[u32],
+        soundings: impl Iterator<Item = u32>,
         reach_s: f64,
     ) -> Result<Self, AdjustError> {
         let trajectory = &scene.trajectory;
@@ -39,13 +39,10 @@ impl Epochs {
         };
         if scene.laser_uses_trajectory() {
             returns
-                .ties
                 .iter()
                 .for_each(|t| mark(scene.campaign.laser.time_s[t.row as usize]));
         }
-        soundings
-            .iter()
-            .for_each(|&k| mark(scene.campaign.soundings.time_s[k as usize]));
+        soundings.for_each(|k| mark(scene.campaign.soundings.at_s(k as usize)));
         let mut of_record = vec![u32::MAX; needed.len()];
         let mut times_s = vec![];
         for (record, _) in needed.iter().enumerate().filter(|(_, n)| **n) {

@@ -56,7 +56,7 @@ pub fn information(
             observed: solution.information() - &prior,
             prior,
             soundings,
-            returns: start.returns.ties.len(),
+            returns: start.returns.len(),
         })
     })
 }
@@ -68,7 +68,7 @@ fn linearised<T>(
     config: &JointConfig,
     then: impl FnOnce(&Frame, Solution, usize) -> Result<T, AdjustError>,
 ) -> Result<T, AdjustError> {
-    let epochs = Epochs::number(scene, start.returns, start.candidates, 0.0)?;
+    let epochs = Epochs::number(scene, start.returns, start.candidates.iter(), 0.0)?;
     let (parameters, blocks) = parameters(scene, start, config)?;
     let frame = Frame {
         scene,
@@ -85,5 +85,5 @@ fn linearised<T>(
     };
     let at: ParameterSet = estimate.parameters.clone();
     let solution = frame.with_problem(&ties, &at, |problem| solve(problem, estimate, &once))?;
-    then(&frame, solution, ties.soundings.ties.len())
+    then(&frame, solution, ties.soundings.len())
 }

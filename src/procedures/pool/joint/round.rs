@@ -17,8 +17,8 @@ use super::{
     Surfaces,
 };
 use crate::adjust::{
-    AdjustError, Estimate, Kernel, Limits, Options, ParameterSet, Problem, QualityOptions, Snooped,
-    Solution, Source, variance_components,
+    AdjustError, Bits, Estimate, Kernel, Limits, Options, ParameterSet, Problem, QualityOptions,
+    Snooped, Solution, Source, variance_components,
 };
 use crate::calibrate::driver::{Schedule, Solved};
 use crate::calibrate::verdict::Doubted;
@@ -110,9 +110,12 @@ impl Frame<'_> {
         let Some(judged) = judged else {
             return Ok(self.outcome(solution, ties, rounds, false, None));
         };
-        let row = |set: usize, k: usize| match set {
-            0 => (SOUNDINGS, ties.soundings.ties[k].row),
-            _ => (RETURNS, ties.returns.ties[k].row),
+        let row = |set: usize, k: usize| {
+            let (group, ties) = match set {
+                0 => (SOUNDINGS, &ties.soundings),
+                _ => (RETURNS, &ties.returns),
+            };
+            (group, ties.get(k).map_or(0, |tie| tie.row))
         };
         let worst = judged.quality.worst.iter();
         let mounting = self.blocks.mounting.at(&solution.estimate.parameters);
@@ -121,7 +124,7 @@ impl Frame<'_> {
             worst_rows: worst.map(|w| row(w.set, w.condition)).collect(),
             observability: judged.observability,
             snooped: judged.removed,
-            coverage: Coverage::of(self.scene, &ties.soundings.ties, &mounting),
+            coverage: Coverage::of(self.scene, &ties.soundings, &mounting),
             quality: judged.quality,
         };
         drop_snooped(&mut ties.soundings, judged.ignored.first());
@@ -144,7 +147,7 @@ impl Frame<'_> {
         if self.config.planes == Planes::Fixed {
             return Ok(Doubted::default());
         }
-        let passes = Passes::of(self.scene, &ties.soundings.ties);
+        let passes = Passes::of(self.scene, &ties.soundings);
         let at = &found.solution.estimate.parameters;
         let (soundings, returns) = self.conditions(ties, at, &passes);
         let case = Case {
@@ -211,7 +214,7 @@ impl Frame<'_> {
         let soundings = SoundingConditions {
             cells,
             scene: self.scene,
-            ties: &ties.soundings.ties,
+            ties: &ties.soundings,
             planes: &blocks.faces,
             mounting: blocks.mounting,
             latency: blocks.latency,
@@ -224,7 +227,7 @@ impl Frame<'_> {
         let returns = ReturnConditions {
             cells,
             scene: self.scene,
-            ties: &ties.returns.ties,
+            ties: &ties.returns,
             planes: &blocks.faces,
             scanner: blocks.scanner,
             trajectory: self.trajectory_errors(),
@@ -240,7 +243,7 @@ impl Frame<'_> {
         parameters: &ParameterSet,
         then: impl FnOnce(&Problem) -> T,
     ) -> T {
-        let passes = Passes::of(self.scene, &ties.soundings.ties);
+        let passes = Passes::of(self.scene, &ties.soundings);
         let (soundings, returns) = self.conditions(ties, parameters, &passes);
         let mut sources = vec![Source::new(&soundings)];
         if self.config.planes == Planes::Adjusted {
@@ -352,7 +355,7 @@ pub(super) struct Ties {
 
 impl Ties {
     pub(super) fn are_many(&self) -> bool {
-        self.soundings.ties.len().max(self.returns.ties.len()) > FIRST_ROUND_TIES
+        self.soundings.len().max(self.returns.len()) > FIRST_ROUND_TIES
     }
 
     /// Evenly chosen ties of both sensors.
@@ -365,7 +368,7 @@ impl Ties {
 }
 
 /// Removes ties that data snooping switched off.
-fn drop_snooped(set: &mut TieSet, ignored: Option<&Vec<bool>>) {
+fn drop_snooped(set: &mut TieSet, ignored: Option<&Bits>) {
     let Some(ignored) = ignored else { return };
     let mut keep = ignored.iter().map(|off| !off);
     set.retain(Reason::GrossError, |_| keep.next().unwrap_or(true));

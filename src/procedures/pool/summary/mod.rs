@@ -155,9 +155,9 @@ fn counts(
 
 /// Rows with no verdict at all, because the calibration ended before they were looked at, are counted as such.
 fn sensor_counts(rows: usize, ties: &TieSet, dropped: u64) -> SensorCounts {
-    let used = ties.ties.len() as u64;
+    let used = ties.len() as u64;
     let mut by_reason = ties.rejected();
-    if ties.reasons.is_empty() {
+    if ties.is_blank() {
         by_reason.insert(Reason::NotLookedAt, rows as u64);
     }
     *by_reason.entry(Reason::OutsideTrajectory).or_default() += dropped;

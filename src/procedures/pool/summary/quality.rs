@@ -98,11 +98,8 @@ fn observation((group, row): (u16, u32), outcome: &PoolOutcome) -> String {
     if group != SOUNDINGS {
         return format!("laser return {row}");
     }
-    let s = &outcome.scene.campaign.soundings;
-    format!(
-        "ping {} beam {}",
-        s.ping[row as usize], s.beam[row as usize]
-    )
+    let (ping, beam) = outcome.scene.campaign.soundings.name(row as usize);
+    format!("ping {ping} beam {beam}")
 }
 
 fn advice(a: &str, b: &str) -> &'static str {

@@ -80,12 +80,9 @@ impl<'a> Residuals<'a> {
     /// Count, sum and sum of squares of the distances on every face, metres; summed in the order of the rows.
     #[must_use]
     pub fn sums(&self, outcome: &PoolOutcome, model: &PlacedBy) -> Vec<Sums> {
-        let chunks: Vec<Vec<Sums>> = self
-            .ties
-            .ties
-            .par_chunks(CHUNK)
-            .map(|part| self.part(outcome, model, part))
-            .collect();
+        let starts = (0..self.ties.len()).into_par_iter().step_by(CHUNK);
+        let part = |start| self.part(outcome, model, self.ties.from(start).take(CHUNK));
+        let chunks: Vec<Vec<Sums>> = starts.map(part).collect();
         let mut all = vec![Sums::default(); self.faces.len()];
         for chunk in &chunks {
             all.iter_mut().zip(chunk).for_each(|(a, b)| a.merge(b));
@@ -93,10 +90,15 @@ impl<'a> Residuals<'a> {
         all
     }
 
-    fn part(&self, outcome: &PoolOutcome, model: &PlacedBy, ties: &[Tie]) -> Vec<Sums> {
+    fn part(
+        &self,
+        outcome: &PoolOutcome,
+        model: &PlacedBy,
+        ties: impl Iterator<Item = Tie>,
+    ) -> Vec<Sums> {
         let mut faces = vec![Sums::default(); self.faces.len()];
         for tie in ties {
-            if let Some(distance_m) = self.distance_m(outcome, tie, model) {
+            if let Some(distance_m) = self.distance_m(outcome, &tie, model) {
                 faces[tie.face as usize].add(distance_m);
             }
         }

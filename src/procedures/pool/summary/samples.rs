@@ -98,12 +98,11 @@ fn role(role: Role) -> &'static str {
 
 /// Rows to show, ascending: some of those tied, with their tie, and some of the others.
 fn chosen(rows: usize, ties: &TieSet) -> Vec<(usize, Option<Tie>)> {
-    let mut both: Vec<_> = thinned(&ties.ties, MOST_TIED)
-        .into_iter()
-        .map(|t| (t.row as usize, Some(t)))
-        .collect();
-    let others = rows.saturating_sub(ties.ties.len());
-    let mut tied = ties.ties.iter().map(|t| t.row as usize).peekable();
+    let shown = ties.len().min(MOST_TIED);
+    let tied = (0..shown).filter_map(|k| ties.get(k * ties.len() / shown));
+    let mut both: Vec<_> = tied.map(|t| (t.row as usize, Some(t))).collect();
+    let others = rows.saturating_sub(ties.len());
+    let mut tied = ties.iter().map(|t| t.row as usize).peekable();
     let untied = (0..rows).filter(|row| tied.next_if_eq(row).is_none());
     let stride = others.div_ceil(MOST_OTHERS).max(1);
     both.extend(untied.step_by(stride).map(|row| (row, None)));
@@ -142,9 +141,9 @@ fn soundings(outcome: &PoolOutcome, residuals: &Residuals) -> Vec<SoundingSample
             nominal_residual_m: off(&before),
             residual_m: each(&at, off),
             used: tie.is_some(),
-            across_deg: outcome.scene.campaign.soundings.across_rad[*row].to_degrees(),
+            across_deg: outcome.scene.campaign.soundings.measured(*row)[0].to_degrees(),
             range_m: outcome.scene.beam(*row, &pose, &mounting)?.range_m,
-            time_s: outcome.scene.campaign.soundings.time_s[*row],
+            time_s: outcome.scene.campaign.soundings.at_s(*row),
             stated_sigma_m: tie.and_then(|t| {
                 let plane = residuals.faces[t.face as usize]?;
                 stated_sigma_m(outcome, *row, &mounting, &plane.normal)
@@ -241,15 +240,11 @@ mod tests {
 
     #[test]
     fn rows_are_shown_once_in_order_with_their_ties() {
-        let ties = TieSet {
-            ties: (0..50_000)
-                .map(|k| Tie {
-                    row: 2 * k,
-                    face: 3,
-                })
-                .collect(),
-            ..TieSet::default()
+        let tie = |k: u32| Tie {
+            row: 2 * k,
+            face: 3,
         };
+        let ties = TieSet::of_ties(100_000, (0..50_000).map(tie));
         let rows = chosen(100_000, &ties);
         assert_eq!(rows.len(), MOST_TIED + MOST_OTHERS);
         assert!(rows.windows(2).all(|w| w[0].0 < w[1].0));

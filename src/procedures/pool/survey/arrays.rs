@@ -103,6 +103,7 @@ fn campaign(file: &SurveyFile, arrays: Arrays) -> Result<(Campaign, Counts), Sur
         laser,
         laser_noise,
         soundings,
+        streamed: None,
         sonar_noise,
         sound_speed,
     };

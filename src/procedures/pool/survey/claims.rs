@@ -91,14 +91,8 @@ fn lidar(survey: &LoadedSurvey) -> Lidar {
 
 fn multibeam(survey: &LoadedSurvey) -> Multibeam {
     let (said, observed) = (&survey.file.multibeam, &survey.campaign.soundings);
-    let most = |pick: fn(f64, f64) -> f64| {
-        observed
-            .across_rad
-            .iter()
-            .copied()
-            .fold(0.0, pick)
-            .to_degrees()
-    };
+    let across_rad = || (0..observed.len()).map(|k| observed.measured(k)[0]);
+    let most = |pick: fn(f64, f64) -> f64| across_rad().fold(0.0, pick).to_degrees();
     Multibeam {
         lever_arm_m: said.lever_arm_m,
         mounting_deg: angles(&said.mounting_deg),

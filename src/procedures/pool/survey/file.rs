@@ -7,7 +7,7 @@ use super::keys::{
     COORDINATE, LASER_TIMES, LEVER_ARM, PROCEDURES, RANGE_SIGMA_M, SIGMA_DEG, SIGMA_DEG_OR_NONE,
     SIGMA_M, SIGMA_M_OR_NONE,
 };
-use crate::calibrate::large::LargeConfig;
+use crate::calibrate::large::LargePoolConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
@@ -52,7 +52,7 @@ section! {
         verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
         /// Surveys with long trajectories.
         #[serde(skip_serializing_if = "Option::is_none")]
-        large: Option<LargeConfig> = or (None), Kind::Table(LargeConfig::KEYS);
+        large: Option<LargePoolConfig> = or (None), Kind::Table(LargePoolConfig::KEYS);
     }
 }
 

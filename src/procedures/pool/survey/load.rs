@@ -6,20 +6,20 @@ use nalgebra::Vector3;
 
 use super::file::{CoordinatesName, SurveyFile};
 use super::observations::{
-    laser_problem, of_head, place_laser, place_soundings, shift, to_geocentric, to_transmission,
-    trajectory_problem,
+    laser_problem, no_room, of_head, place_laser, place_soundings, place_streamed, shift,
+    to_geocentric, to_transmission, trajectory_problem,
 };
 use super::{recorded, rules};
 use crate::formats::digest::Stamps;
 use crate::formats::week;
 use crate::formats::{
-    LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_laser_cloud,
-    read_sound_speed, read_soundings, read_trajectory,
+    FaultKind, LaserRecords, SoundingRecords, TrajectoryRecords, read_laser, read_laser_cloud,
+    read_sound_speed, read_soundings_within, read_trajectory,
 };
 use crate::geometry::ellipsoid::TargetPose;
 use crate::observe::{
-    Campaign, GeodeticTrajectory, LaserCoordinates, LaserNoise, SonarNoise, SoundSpeed,
-    SoundSpeedProfile, SoundingRange,
+    Campaign, GeodeticTrajectory, LaserCoordinates, LaserNoise, Room, SonarNoise, SoundSpeed,
+    SoundSpeedProfile, SoundingFile, SoundingRange,
 };
 use crate::recorders::navigation::at_reference;
 use crate::results::InputFile;
@@ -204,6 +204,8 @@ pub(super) struct Contents {
     pub(super) trajectory: TrajectoryRecords,
     pub(super) laser: LaserRecords,
     pub(super) soundings: SoundingRecords,
+    /// Where there was no room for the soundings: all of them, and their columns are empty.
+    pub(super) streamed: Option<SoundingFile>,
     pub(super) profile: Option<SoundSpeedProfile>,
 }
 
@@ -229,23 +231,31 @@ fn read_contents(file: &SurveyFile, paths: &Paths) -> Result<Contents, SurveyErr
     let soundings = keep(&mut problems, soundings);
     let profile = keep(&mut problems, profile.map_err(SurveyError::from));
     match (target, trajectory, laser, soundings, profile) {
-        (Some((model, target)), Some(trajectory), Some(laser), Some(soundings), Some(profile)) => {
-            Ok(Contents {
-                model,
-                target,
-                trajectory,
-                laser,
-                soundings,
-                profile,
-            })
-        }
+        (
+            Some((model, target)),
+            Some(trajectory),
+            Some(laser),
+            Some((soundings, streamed)),
+            Some(profile),
+        ) => Ok(Contents {
+            model,
+            target,
+            trajectory,
+            laser,
+            soundings,
+            streamed,
+            profile,
+        }),
         _ => Err(SurveyError { problems }),
     }
 }
 
 /// Soundings of one head: a pool survey calibrates one.
-fn checked_soundings(file: &SurveyFile, path: &Path) -> Result<SoundingRecords, SurveyError> {
-    let records = read_soundings(path, file.multibeam.invalid)?;
+fn checked_soundings(
+    file: &SurveyFile,
+    path: &Path,
+) -> Result<(SoundingRecords, Option<SoundingFile>), SurveyError> {
+    let (records, streamed) = read_within(file, path)?;
     let there = records.heads();
     let wanted = file.multibeam.head;
     if let (Some(head), true) = (wanted, there.is_empty()) {
@@ -262,10 +272,10 @@ fn checked_soundings(file: &SurveyFile, path: &Path) -> Result<SoundingRecords, 
         return Err(Problem::new(path, "columns", found, expected).into());
     }
     if there.len() < 2 && wanted.is_none() {
-        return Ok(records);
+        return Ok((records, streamed));
     }
     let head = one_head(path, "column head", &there, wanted)?;
-    Ok(of_head(&records, head))
+    Ok((of_head(&records, head), streamed))
 }
 
 /// The head that is calibrated: the one that is asked for, or the only one.
@@ -291,6 +301,24 @@ pub(super) fn one_head(
             Err(Problem::new(path, place, found, expected))
         }
     }
+}
+
+/// What soundings may take in memory.
+fn room(file: &SurveyFile) -> Room {
+    let large = file.large.clone().unwrap_or_default();
+    large.room(&file.joint.large)
+}
+
+/// The soundings; what there is no room for is in a file.
+fn read_within(
+    file: &SurveyFile,
+    path: &Path,
+) -> Result<(SoundingRecords, Option<SoundingFile>), SurveyError> {
+    let read = read_soundings_within(path, file.multibeam.invalid, &room(file));
+    read.map_err(|error| match error.kind {
+        FaultKind::Unwritable => no_room(&error.file, &error.found).into(),
+        _ => error.into(),
+    })
 }
 
 fn checked_trajectory(file: &SurveyFile, path: &Path) -> Result<TrajectoryRecords, SurveyError> {
@@ -371,6 +399,7 @@ fn compose(
         mut trajectory,
         mut laser,
         mut soundings,
+        streamed,
         profile,
     } = contents;
     let mut on_reading = std::mem::take(&mut trajectory.notes);
@@ -386,6 +415,7 @@ fn compose(
     shift(&mut laser.time_s, file.lidar.time_offset_s);
     to_transmission(&mut soundings);
     shift(&mut soundings.time_s, file.multibeam.time_offset_s);
+    let streamed = streamed.map(|s| s.shifted(file.multibeam.time_offset_s));
     let mut problems = vec![];
     let speed = sound_speed(&file, paths, &soundings.range, profile);
     let speed = keep(&mut problems, speed.map_err(SurveyError::from)).flatten();
@@ -394,6 +424,7 @@ fn compose(
         laser,
         laser_noise: file.lidar.noise(),
         soundings,
+        streamed,
         sonar_noise: file.multibeam.noise(),
         sound_speed: speed,
     };
@@ -421,6 +452,8 @@ pub(super) struct Observed {
     pub(super) laser: LaserRecords,
     pub(super) laser_noise: LaserNoise,
     pub(super) soundings: SoundingRecords,
+    /// As in what was read.
+    pub(super) streamed: Option<SoundingFile>,
     pub(super) sonar_noise: SonarNoise,
     pub(super) sound_speed: Option<SoundSpeed>,
 }
@@ -440,20 +473,26 @@ pub(super) fn placed(
         Ok(0)
     };
     let laser_dropped = keep(&mut problems, laser_dropped.map_err(SurveyError::from));
-    let dropped = place_soundings(names[1], &mut observed.soundings, trajectory);
+    let dropped = match &mut observed.streamed {
+        None => place_soundings(names[1], &mut observed.soundings, trajectory),
+        Some(streamed) => place_streamed(names[1], streamed, trajectory, &room(file)),
+    };
     let dropped = keep(&mut problems, dropped.map_err(SurveyError::from));
     none_of(problems)?;
-    let counts = Counts {
-        trajectory: observed.trajectory.time_s.len(),
-        laser: observed.laser.len(),
-        laser_dropped: laser_dropped.unwrap_or(0),
-        soundings: observed.soundings.len(),
-        soundings_dropped: dropped.unwrap_or(0),
-    };
     let section = &file.multibeam;
     let columns = observed.soundings.arrays.take();
     let mut soundings = observed.soundings.into_soundings(observed.sonar_noise);
     soundings.arrays = columns.map(|columns| section.of_arrays(&columns.head_speed_m_s));
+    soundings.file = observed.streamed;
+    let soundings = soundings.within(&room(file));
+    let soundings = soundings.map_err(|e| no_room(Path::new(&e.folder), &e.refused()))?;
+    let counts = Counts {
+        trajectory: observed.trajectory.time_s.len(),
+        laser: observed.laser.len(),
+        laser_dropped: laser_dropped.unwrap_or(0),
+        soundings: soundings.len(),
+        soundings_dropped: dropped.unwrap_or(0),
+    };
     let arrays = soundings.arrays.as_ref();
     let campaign = Campaign {
         trajectory: observed.trajectory,

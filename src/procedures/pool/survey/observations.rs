@@ -1,5 +1,6 @@
 //! Checks of observations that need more than their own file: frames, clocks, gaps.
 
+use std::ops::Range;
 use std::path::Path;
 
 use super::file::{CoordinatesName, SurveyFile};
@@ -8,8 +9,8 @@ use crate::formats::{LaserRecords, SoundingRecords, TrajectoryRecords};
 use crate::geometry::utm::{Utm, UtmError};
 use crate::geometry::{Ellipsoid, Geodetic};
 use crate::math;
-use crate::observe::{GeodeticTrajectory, SoundingRange};
-use crate::survey::clock::{Verdict, judge};
+use crate::observe::{GeodeticTrajectory, Room, SoundingFile, SoundingRange};
+use crate::survey::clock::{Times, Verdict, judge};
 use crate::survey::problem::Problem;
 use crate::units::degrees;
 
@@ -141,7 +142,7 @@ pub(super) fn place_laser(
     records: &mut LaserRecords,
     trajectory: &GeodeticTrajectory,
 ) -> Result<usize, Problem> {
-    let rows = lost_rows(file, &records.time_s, trajectory)?;
+    let rows = lost_rows(file, &records.time_s[..], trajectory)?;
     for column in [
         &mut records.time_s,
         &mut records.x_m,
@@ -150,7 +151,7 @@ pub(super) fn place_laser(
     ] {
         remove(column, &rows);
     }
-    Ok(rows.len())
+    Ok(count(&rows))
 }
 
 /// As [`place_laser`], for soundings.
@@ -159,7 +160,7 @@ pub(super) fn place_soundings(
     records: &mut SoundingRecords,
     trajectory: &GeodeticTrajectory,
 ) -> Result<usize, Problem> {
-    let rows = lost_rows(file, &records.time_s, trajectory)?;
+    let rows = lost_rows(file, &records.time_s[..], trajectory)?;
     let (SoundingRange::Metres(range) | SoundingRange::TwoWayTravelTime(range)) =
         &mut records.range;
     for column in [
@@ -177,7 +178,7 @@ pub(super) fn place_soundings(
         remove(&mut arrays.delay_s, &rows);
         remove(&mut arrays.head_speed_m_s, &rows);
     }
-    Ok(rows.len())
+    Ok(count(&rows))
 }
 
 /// Soundings of two arrays become those of their transmission: the delay of each goes into its time, and they are put in order again.
@@ -231,28 +232,59 @@ fn chosen(records: &SoundingRecords, rows: &[usize]) -> SoundingRecords {
     }
 }
 
-fn lost_rows(
+/// As [`place_laser`], for soundings in a file without name.
+pub(super) fn place_streamed(
     file: &Path,
-    time_s: &[f64],
+    streamed: &mut SoundingFile,
     trajectory: &GeodeticTrajectory,
-) -> Result<Vec<usize>, Problem> {
+    room: &Room,
+) -> Result<usize, Problem> {
+    let rows = lost_rows(file, streamed, trajectory)?;
+    if !rows.is_empty() {
+        let kept = streamed.without(&rows, room);
+        *streamed = kept.map_err(|e| no_room(Path::new(&e.folder), &e.refused()))?;
+    }
+    Ok(count(&rows))
+}
+
+/// Why soundings could not be kept in a file.
+pub(super) fn no_room(folder: &Path, found: &str) -> Problem {
+    Problem::new(
+        folder,
+        "folder for what exceeds memory",
+        found,
+        "room for the soundings; free space there, name another folder as [large] spill, or raise [large] observations_memory_mb",
+    )
+}
+
+fn count(rows: &[Range<usize>]) -> usize {
+    rows.iter().map(Range::len).sum()
+}
+
+fn lost_rows<T: Times + ?Sized>(
+    file: &Path,
+    times: &T,
+    trajectory: &GeodeticTrajectory,
+) -> Result<Vec<Range<usize>>, Problem> {
     let (max_gap_s, outside) = (trajectory.max_gap_s, trajectory.outside);
-    match judge(&trajectory.time_s, max_gap_s, outside, time_s) {
+    match judge(&trajectory.time_s, max_gap_s, outside, times) {
         Verdict::Keep => Ok(vec![]),
         Verdict::Drop(rows) => Ok(rows),
         Verdict::Refuse { found, expected } => Err(Problem::new(file, "times", found, expected)),
     }
 }
 
-/// Removes rows (ascending) from a column.
-fn remove<T>(column: &mut Vec<T>, rows: &[usize]) {
+/// Removes rows (ascending ranges) from a column.
+fn remove<T>(column: &mut Vec<T>, rows: &[Range<usize>]) {
     if rows.is_empty() {
         return;
     }
-    let (mut row, mut next) = (0, rows.iter().peekable());
+    let (mut row, mut run) = (0, 0);
     column.retain(|_| {
-        let hit = next.next_if(|&&r| r == row).is_some();
+        run += usize::from(rows.get(run).is_some_and(|r| r.end <= row));
+        let hit = rows.get(run).is_some_and(|r| r.contains(&row));
         row += 1;
         !hit
     });
+    column.shrink_to_fit();
 }

@@ -102,6 +102,7 @@ pub(super) fn read_contents(
         trajectory,
         laser,
         soundings,
+        streamed: None,
         profile,
     })
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::calibrate::large::LargeConfig;
+use crate::calibrate::large::LargePoolConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::FormatError;
 use crate::formats::error::read_text;
@@ -80,7 +80,7 @@ section! {
         verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
         /// Surveys with long trajectories.
         #[serde(skip_serializing_if = "Option::is_none")]
-        large: Option<LargeConfig> = or (None), Kind::Table(LargeConfig::KEYS);
+        large: Option<LargePoolConfig> = or (None), Kind::Table(LargePoolConfig::KEYS);
     }
 }
 
