@@ -1,6 +1,6 @@
 //! Soundings in a file without name, of which each thread holds the blocks that it looks at.
 //!
-//! A block holds [`BLOCK`] rows in three parts, so that a pass reads what it asks for: the times; angles and ranges; ping and beam numbers.
+//! A block holds 4096 rows in three parts, so that a pass reads what it asks for: the times; angles and ranges; ping and beam numbers.
 
 use std::cell::RefCell;
 use std::ops::Range;
