@@ -31,8 +31,8 @@ LONG = textwrap.dedent(
 )
 
 CALLS = {
-    "calibrate": "survey = bs.simulate(text).survey; call = lambda: bs.calibrate(survey)",
-    "simulate": "big = text.replace('ping_rate_hz = 16.0', 'ping_rate_hz = 50.0'); call = lambda: bs.simulate(big, out / 's')",
+    "calibrate": "survey = bs.simulate(text).survey; call = lambda: [bs.calibrate(survey) for _ in range(1000)]",
+    "simulate": "big = text.replace('ping_rate_hz = 16.0', 'ping_rate_hz = 100.0'); call = lambda: bs.simulate(big, out / 's')",
     "campaign": "c = bs.Campaign(scenario, 10_000); call = lambda: c.run(out / 'c')",
     "budget": "call = lambda: [bs.budget(scenario) for _ in range(1000)]",
     "check": "survey = bs.simulate(text).survey; call = lambda: [bs.check(survey) for _ in range(1000)]",
