@@ -171,6 +171,36 @@ impl SoundingRecords {
         heads_of(&self.head)
     }
 
+    /// Some rows, in the order given.
+    #[must_use]
+    pub fn rows(&self, rows: &[usize]) -> Self {
+        let real = |column: &[f64]| -> Vec<f64> { rows.iter().map(|k| column[*k]).collect() };
+        // heads may be missing
+        let count = |column: &[u32]| -> Vec<u32> {
+            let of = |k: &usize| column.get(*k).copied();
+            rows.iter().filter_map(of).collect()
+        };
+        Self {
+            time_s: real(&self.time_s),
+            ping: count(&self.ping),
+            beam: count(&self.beam),
+            across_rad: real(&self.across_rad),
+            along_rad: real(&self.along_rad),
+            range: match &self.range {
+                SoundingRange::Metres(range) => SoundingRange::Metres(real(range)),
+                SoundingRange::TwoWayTravelTime(time_s) => {
+                    SoundingRange::TwoWayTravelTime(real(time_s))
+                }
+            },
+            arrays: self.arrays.as_ref().map(|arrays| ArrayColumns {
+                delay_s: real(&arrays.delay_s),
+                head_speed_m_s: real(&arrays.head_speed_m_s),
+            }),
+            head: count(&self.head),
+            notes: self.notes.clone(),
+        }
+    }
+
     /// With what the file does not say. How two arrays are mounted is left to the caller.
     #[must_use]
     pub fn into_soundings(self, noise: SonarNoise) -> Soundings {

@@ -153,21 +153,20 @@ impl Observed {
             .filter(|k| heads.contains(&all.head[*k]))
             .collect();
         order.sort_by(|a, b| all.time_s[*a].total_cmp(&all.time_s[*b]));
-        let real = |column: &[f64]| order.iter().map(|k| column[*k]).collect::<Vec<f64>>();
-        let count = |column: &[u32]| order.iter().map(|k| column[*k]).collect::<Vec<u32>>();
-        SoundingRecords {
-            time_s: real(&all.time_s),
-            ping: count(&all.ping),
-            beam: count(&all.beam),
-            across_rad: real(&all.angle_rad),
-            along_rad: real(&all.tilt_rad),
-            range: SoundingRange::TwoWayTravelTime(real(&all.two_way_s)),
+        let all = SoundingRecords {
+            time_s: all.time_s,
+            ping: all.ping,
+            beam: all.beam,
+            across_rad: all.angle_rad,
+            along_rad: all.tilt_rad,
+            range: SoundingRange::TwoWayTravelTime(all.two_way_s),
             arrays: Some(ArrayColumns {
-                delay_s: real(&all.delay_s),
-                head_speed_m_s: real(&all.head_speed_m_s),
+                delay_s: all.delay_s,
+                head_speed_m_s: all.head_speed_m_s,
             }),
-            head: count(&all.head),
+            head: all.head,
             notes: vec![],
-        }
+        };
+        all.rows(&order)
     }
 }

@@ -2,11 +2,13 @@
 
 use std::io::{self, Write};
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
-use crate::formats::recorder::{Attitude, Ping, Position, Profile, Solution};
+use crate::formats::recorder::{Attitude, Origin, OwnPoint, Ping, Position, Profile, Solution};
 use crate::formats::{kmall, kongsberg_all};
-use crate::observe::{ArrayMountings, Mounting};
+use crate::geometry::{Geodetic, rotation};
+use crate::math;
+use crate::observe::{ArrayMountings, Mounting, PoseSample};
 use crate::units::degrees;
 
 /// Unix time at which a simulation's clock is zero: 2024-06-01 00:00 UTC.
@@ -52,6 +54,93 @@ impl Kongsberg {
             ),
         }
     }
+}
+
+/// What a sounder knows of a ping beside its points: the body's pose at transmission, its arrays, the height of the water, metres.
+pub struct Sounder<'a> {
+    /// Pose of the body in the local frame: east, north, up.
+    pub pose: &'a PoseSample,
+    /// The arrays that sent and heard.
+    pub arrays: &'a ArrayMountings,
+    /// Height of the water in the same frame, metres.
+    pub level_m: f64,
+}
+
+impl Kongsberg {
+    /// The solution of a ping as this format has it; `points_m` are the ends of its beams in the local frame, nothing where one has none.
+    #[must_use]
+    pub fn solution(
+        self,
+        ping: &Ping,
+        sounder: &Sounder<'_>,
+        points_m: impl IntoIterator<Item = Option<Vector3<f64>>>,
+    ) -> Solution {
+        let pose = sounder.pose;
+        let (_, _, heading_rad) = rotation::to_attitude(&pose.rotation);
+        let sender_m = pose.rotation * sounder.arrays.transmitter.lever_arm_m;
+        let (origin, begin_m) = match self {
+            Self::All => {
+                let antenna_m = pose.rotation * self.sensor().lever_arm_m;
+                let begin_m = Vector3::new(antenna_m.x, antenna_m.y, sender_m.z);
+                (Origin::PositionSensorAndArray, begin_m)
+            }
+            Self::Kmall => (Origin::ReferencePoint, Vector3::zeros()),
+        };
+        let turn = right_forward_up(heading_rad);
+        let own = |point_m: Option<Vector3<f64>>| {
+            let from_begin = point_m.map(|p| turn * (p - pose.position_m - begin_m));
+            OwnPoint {
+                right_forward_up_m: from_begin.unwrap_or_default(),
+                valid: point_m.is_some(),
+            }
+        };
+        Solution {
+            time_s: ping.time_s,
+            number: ping.number,
+            head: ping.head,
+            heading_rad,
+            array_depth_m: sounder.level_m - pose.position_m.z - sender_m.z,
+            water_line_m: 0.0,
+            origin,
+            points: points_m.into_iter().map(own).collect(),
+        }
+    }
+}
+
+/// East, north, up into right, forward, up of a heading.
+fn right_forward_up(heading_rad: f64) -> Matrix3<f64> {
+    let (sin, cos) = math::sin_cos(heading_rad);
+    Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
+}
+
+/// A record of the sensor whose motion is recorded: its attitude (level to sensor) and place, and the heave of the body, metres.
+#[must_use]
+pub fn motion(
+    time_s: f64,
+    attitude: &Matrix3<f64>,
+    place: &Geodetic,
+    heave_m: f64,
+) -> (Attitude, Position) {
+    let (roll_rad, pitch_rad, heading_rad) = rotation::to_attitude(attitude);
+    let attitude = Attitude {
+        time_s,
+        roll_rad,
+        pitch_rad,
+        heading_rad: Some(heading_rad),
+        heave_m: Some(heave_m),
+        sensor: 1,
+        passive: false,
+    };
+    let position = Position {
+        time_s,
+        latitude_rad: place.latitude_rad,
+        longitude_rad: place.longitude_rad,
+        height_m: Some(place.height_m),
+        sensor: 1,
+        passive: false,
+        at_reference: false,
+    };
+    (attitude, position)
 }
 
 /// What one file holds.

@@ -5,15 +5,16 @@ use nalgebra::Vector3;
 use super::fan::SensorPose;
 use super::motion::BodyPose;
 use super::reality::Reality;
-use super::scenario::{Arrays, Scenario};
+use super::scenario::Scenario;
 use super::scene::{Scene, Surface};
+use super::sectors::Sectors;
 use crate::math;
 use crate::observe::ArrayMountings;
 
 /// The arrays as they truly are.
 pub(super) struct TwoArrays {
     mountings: ArrayMountings,
-    sectors: Arrays,
+    sectors: Sectors,
     speed_m_s: f64,
 }
 
@@ -50,7 +51,7 @@ impl TwoArrays {
             mountings: m
                 .array_mountings()?
                 .moved(&reality.nominal_sonar, &reality.sonar),
-            sectors: m.arrays?,
+            sectors: m.arrays?.sectors(),
             speed_m_s: water.speed_m_s? * (1.0 + reality.range_scale),
         })
     }
@@ -58,9 +59,7 @@ impl TwoArrays {
     /// Tilt (radians) and delay (seconds) of the sector that a beam of so many lies in.
     pub(super) fn sector_of(&self, beam: usize, beams: usize) -> (f64, f64) {
         let part = beam as f64 / (beams - 1).max(1) as f64;
-        let count = self.sectors.sectors;
-        let sector = ((part * f64::from(count)) as u32).min(count - 1);
-        self.sectors.sector(sector)
+        self.sectors.sector(self.sectors.of_beam(part))
     }
 
     /// `None` where the sound meets nothing; `body` is the true pose at a time.

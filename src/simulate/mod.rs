@@ -22,6 +22,7 @@ pub mod reality;
 mod refraction;
 pub mod scenario;
 pub mod scene;
+mod sectors;
 mod sonar;
 pub mod sources;
 mod spoil;
@@ -30,6 +31,7 @@ pub mod truth;
 
 pub use reality::Reality;
 pub use scenario::Scenario;
+pub use sectors::Sectors;
 pub use sources::{Source, Sources};
 pub use truth::Truth;
 

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use toml::de::{DeTable, Deserializer};
 
 use super::motion::MotionModel;
+use super::sectors::Sectors;
 use super::sources::Sources;
 use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::{Ellipsoid, Geodetic};
@@ -328,14 +329,14 @@ impl Default for Arrays {
 }
 
 impl Arrays {
-    /// Tilt (radians) and delay (seconds) of a sector.
+    /// The sectors.
     #[must_use]
-    pub fn sector(&self, number: u32) -> (f64, f64) {
-        let from_middle = f64::from(number) - 0.5 * f64::from(self.sectors - 1);
-        (
-            (from_middle * self.sector_tilt_deg).to_radians(),
-            f64::from(number) * self.sector_delay_s,
-        )
+    pub fn sectors(&self) -> Sectors {
+        Sectors {
+            count: self.sectors,
+            tilt_deg: self.sector_tilt_deg,
+            delay_s: self.sector_delay_s,
+        }
     }
 }
 

@@ -124,3 +124,15 @@ pub(crate) fn missing_recorders(
     };
     names.iter().filter(missing).map(problem).collect()
 }
+
+/// What is wrong with recorder files, as comments of a survey file that is made from them.
+pub(crate) fn lacking(error: &SurveyError) -> String {
+    let line = |problem: &Problem| {
+        let file = problem.file.display();
+        format!(
+            "# - {file}: found {}, expected {}\n",
+            problem.found, problem.expected
+        )
+    };
+    error.problems.iter().map(line).collect()
+}

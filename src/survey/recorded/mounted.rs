@@ -19,6 +19,16 @@ pub(crate) struct Placed {
     pub(crate) mounting: bool,
 }
 
+/// Mounting angles as they stand in a survey file.
+pub(crate) fn inline(angles: &MountingAngles) -> String {
+    let MountingAngles {
+        roll,
+        pitch,
+        heading,
+    } = angles;
+    format!("{{ roll = {roll}, pitch = {pitch}, heading = {heading} }}")
+}
+
 /// The installation record of all files.
 ///
 /// # Errors

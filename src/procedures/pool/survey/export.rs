@@ -5,18 +5,15 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use crate::formats::recorder::{
-    Attitude, BeamSample, Origin, OwnPoint, Ping, Position, Profile, Sector, Solution,
-};
+use crate::formats::recorder::{Attitude, BeamSample, Ping, Position, Profile, Sector, Solution};
 use crate::formats::{FormatError, whole};
 use crate::geometry::ellipsoid::{Geodetic, TargetPose, ecef_from_level};
 use crate::geometry::rotation;
 use crate::georef::{ArrayAim, Water, local_trajectory};
-use crate::math;
 use crate::observe::{GeodeticTrajectory, Mounting, PoseSample, SoundSpeed, Soundings, Trajectory};
-use crate::recorders::recording::{EPOCH_S, Kongsberg, Recording};
+use crate::recorders::recording::{self, EPOCH_S, Kongsberg, Recording, Sounder};
 use crate::simulate::Simulated;
 
 /// Depth to which a cast of one speed goes, metres.
@@ -77,28 +74,13 @@ fn motion(
         let mut place = t.ellipsoid.to_geocentric(&body);
         place.coordinates += ecef_from_level(&body).matrix * (attitude * sensor.lever_arm_m);
         let place = t.ellipsoid.to_geodetic(&place);
-        let (roll_rad, pitch_rad, heading_rad) =
-            rotation::to_attitude(&(attitude * sensor.rotation));
-        let time_s = EPOCH_S + t.time_s[k];
-        let attitude = Attitude {
-            time_s,
-            roll_rad,
-            pitch_rad,
-            heading_rad: Some(heading_rad),
-            heave_m: Some(body.height_m - level_m),
-            sensor: 1,
-            passive: false,
-        };
-        let position = Position {
-            time_s,
-            latitude_rad: place.latitude_rad,
-            longitude_rad: place.longitude_rad,
-            height_m: Some(place.height_m),
-            sensor: 1,
-            passive: false,
-            at_reference: false,
-        };
-        (attitude, position)
+        let turned = attitude * sensor.rotation;
+        recording::motion(
+            EPOCH_S + t.time_s[k],
+            &turned,
+            &place,
+            body.height_m - level_m,
+        )
     };
     (0..t.time_s.len()).map(one).collect()
 }
@@ -107,7 +89,6 @@ fn motion(
 struct Export<'s> {
     soundings: &'s Soundings,
     format: Kongsberg,
-    sensor: Mounting,
     /// East, north, up from the target's believed origin.
     trajectory: Trajectory,
     water: Option<Water>,
@@ -128,7 +109,6 @@ impl<'s> Export<'s> {
         Self {
             soundings: &campaign.soundings,
             format,
-            sensor: format.sensor(),
             trajectory: local_trajectory(&campaign.trajectory, &pose).trajectory,
             water: speed.and_then(|speed| Water::new(speed, campaign.water_level_m).ok()),
             level_m: pose.origin.height_m + campaign.water_level_m,
@@ -185,35 +165,13 @@ impl<'s> Export<'s> {
     fn solution(&self, ping: &Ping, rows: &[usize]) -> Option<Solution> {
         let arrays = self.soundings.arrays.as_ref()?;
         let pose = self.trajectory.pose_at(ping.time_s - EPOCH_S).ok()?;
-        let (_, _, heading_rad) = rotation::to_attitude(&pose.rotation);
-        let sender_m = pose.rotation * arrays.mountings.transmitter.lever_arm_m;
-        let (origin, begin_m) = match self.format {
-            Kongsberg::All => {
-                let antenna_m = pose.rotation * self.sensor.lever_arm_m;
-                let begin_m = Vector3::new(antenna_m.x, antenna_m.y, sender_m.z);
-                (Origin::PositionSensorAndArray, begin_m)
-            }
-            Kongsberg::Kmall => (Origin::ReferencePoint, Vector3::zeros()),
+        let sounder = Sounder {
+            pose: &pose,
+            arrays: &arrays.mountings,
+            level_m: self.local_level_m,
         };
-        let turn = turned(heading_rad);
-        let own = |k: &usize| {
-            let point = self.point(*k);
-            let from_begin = point.map(|p| turn * (p - pose.position_m - begin_m));
-            OwnPoint {
-                right_forward_up_m: from_begin.unwrap_or_default(),
-                valid: point.is_some(),
-            }
-        };
-        Some(Solution {
-            time_s: ping.time_s,
-            number: ping.number,
-            head: ping.head,
-            heading_rad,
-            array_depth_m: self.local_level_m - pose.position_m.z - sender_m.z,
-            water_line_m: 0.0,
-            origin,
-            points: rows.iter().map(own).collect(),
-        })
+        let points_m = rows.iter().map(|k| self.point(*k));
+        Some(self.format.solution(ping, &sounder, points_m))
     }
 
     /// Where sounding `k` struck by the installation values.
@@ -241,10 +199,4 @@ impl<'s> Export<'s> {
         let chord = water.chord(aim.transducer_m.z, launch, way.0).ok()?;
         Some(aim.transducer_m + chord)
     }
-}
-
-/// East, north, up into right, forward, up of a heading.
-fn turned(heading_rad: f64) -> Matrix3<f64> {
-    let (sin, cos) = math::sin_cos(heading_rad);
-    Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
 }

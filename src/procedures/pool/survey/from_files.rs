@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use super::load::one_head;
 use crate::formats::recorder::{Array, Installation};
-use crate::survey::problem::{Problem, SurveyError};
-use crate::survey::recorded::files::{losses, read_all};
-use crate::survey::recorded::mounted::{angles_of, arm_of, installation};
+use crate::survey::problem::SurveyError;
+use crate::survey::recorded::files::{lacking, losses, read_all};
+use crate::survey::recorded::mounted::{angles_of, arm_of, inline, installation};
 
 /// A survey file of these recorder files. What is wrong or missing stands in it as a comment.
 #[must_use]
@@ -93,27 +93,13 @@ fn mounted(record: Option<&Installation>, head: u32) -> String {
             return format!("#{prefix}lever_arm_m: no installation record says it\n");
         };
         let mounting = &array.mounted.mounting;
-        let angles = angles_of(mounting);
         format!(
-            "#{prefix}lever_arm_m = {:?}\n#{prefix}mounting_deg = {{ roll = {}, pitch = {}, heading = {} }}\n",
+            "#{prefix}lever_arm_m = {:?}\n#{prefix}mounting_deg = {}\n",
             arm_of(mounting),
-            angles.roll,
-            angles.pitch,
-            angles.heading
+            inline(&angles_of(mounting))
         )
     };
     let transmitter = keys("", record.and_then(|r| r.transmitter(head)));
     let receiver = keys("receiver_", record.and_then(|r| r.receiver(head)));
     format!("{transmitter}{receiver}")
-}
-
-fn lacking(error: &SurveyError) -> String {
-    let line = |problem: &Problem| {
-        let file = problem.file.display();
-        format!(
-            "# - {file}: found {}, expected {}\n",
-            problem.found, problem.expected
-        )
-    };
-    error.problems.iter().map(line).collect()
 }

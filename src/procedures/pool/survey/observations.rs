@@ -4,7 +4,6 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::file::{CoordinatesName, SurveyFile};
-use crate::formats::records::ArrayColumns;
 use crate::formats::{LaserRecords, SoundingRecords, TrajectoryRecords};
 use crate::geometry::utm::{Utm, UtmError};
 use crate::geometry::{Ellipsoid, Geodetic};
@@ -194,42 +193,14 @@ pub(super) fn to_transmission(records: &mut SoundingRecords) {
     }
     let mut order: Vec<usize> = (0..records.time_s.len()).collect();
     order.sort_by(|a, b| records.time_s[*a].total_cmp(&records.time_s[*b]));
-    *records = chosen(records, &order);
+    *records = records.rows(&order);
 }
 
 /// The soundings of one head.
 pub(super) fn of_head(records: &SoundingRecords, head: u32) -> SoundingRecords {
     let own = |k: &usize| records.head[*k] == head;
     let rows: Vec<usize> = (0..records.head.len()).filter(own).collect();
-    chosen(records, &rows)
-}
-
-/// Some rows, in their order.
-fn chosen(records: &SoundingRecords, rows: &[usize]) -> SoundingRecords {
-    let real = |column: &[f64]| -> Vec<f64> { rows.iter().map(|k| column[*k]).collect() };
-    let count = |column: &[u32]| -> Vec<u32> {
-        let of = |k: &usize| column.get(*k).copied();
-        rows.iter().filter_map(of).collect()
-    };
-    SoundingRecords {
-        time_s: real(&records.time_s),
-        ping: count(&records.ping),
-        beam: count(&records.beam),
-        across_rad: real(&records.across_rad),
-        along_rad: real(&records.along_rad),
-        range: match &records.range {
-            SoundingRange::Metres(range) => SoundingRange::Metres(real(range)),
-            SoundingRange::TwoWayTravelTime(time_s) => {
-                SoundingRange::TwoWayTravelTime(real(time_s))
-            }
-        },
-        arrays: records.arrays.as_ref().map(|arrays| ArrayColumns {
-            delay_s: real(&arrays.delay_s),
-            head_speed_m_s: real(&arrays.head_speed_m_s),
-        }),
-        head: count(&records.head),
-        notes: records.notes.clone(),
-    }
+    records.rows(&rows)
 }
 
 /// As [`place_laser`], for soundings in a file without name.

@@ -30,6 +30,7 @@ pub(super) fn shots(
     let bed = Seabed::of(scenario, seed);
     let m = &scenario.multibeam;
     let mut draws = stream(seed, of_head.draws);
+    let sectors = two.sectors();
     let (mut all, mut ping) = (vec![], 0);
     for (number, line) in lines.iter().enumerate() {
         let count = ((line.end_s - line.start_s) * m.ping_rate_hz) as u32;
@@ -39,8 +40,8 @@ pub(super) fn shots(
             let time_s = (1e3 * time_s).round() / 1e3;
             for beam in 0..m.beams {
                 let part = f64::from(beam) / f64::from((m.beams - 1).max(1));
-                let sector = ((part * f64::from(two.sectors)) as u32).min(two.sectors - 1);
-                let (tilt_rad, delay_s) = two.sector(sector);
+                let sector = sectors.of_beam(part);
+                let (tilt_rad, delay_s) = sectors.sector(sector);
                 let sent = Sent {
                     number,
                     line,

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::super::model::{Locator, Values};
 use super::super::scene::Scene;
@@ -13,15 +13,12 @@ use super::super::states::States;
 use super::load::scene_of;
 use super::scenario::SeabedScenario;
 use super::write;
-use crate::formats::recorder::{
-    Attitude, BeamSample, Origin, OwnPoint, Ping, Position, Profile, Sector, Solution,
-};
+use crate::formats::recorder::{Attitude, BeamSample, Ping, Position, Profile, Sector, Solution};
 use crate::formats::{FormatError, whole};
 use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
-use crate::geometry::{Ecef, Point, Pose, Target, rotation};
-use crate::math;
+use crate::geometry::{Ecef, Point, Pose, Target};
 use crate::observe::{ArrayMountings, Mounting, SoundSpeedProfile};
-use crate::recorders::recording::{EPOCH_S, Kongsberg, Recording};
+use crate::recorders::recording::{self, EPOCH_S, Kongsberg, Recording, Sounder};
 
 /// Names of the lines' files.
 fn names(scenario: &SeabedScenario, survey: &Simulated) -> Vec<String> {
@@ -161,29 +158,9 @@ impl<'a> Export<'a> {
         let geodetic = self.scenario.site.ellipsoid.to_geodetic(&ecef);
         let level = ecef_from_level(&geodetic).matrix;
         let turned = self.frame.rotation.matrix * record.rotation * self.sensor.rotation;
-        let (roll_rad, pitch_rad, heading_rad) = rotation::to_attitude(&level.tr_mul(&turned));
-        let time_s = EPOCH_S + record.time_s;
         let heave_m = record.position_m.z - self.scenario.site.water_level_m;
-        (
-            Attitude {
-                time_s,
-                roll_rad,
-                pitch_rad,
-                heading_rad: Some(heading_rad),
-                heave_m: Some(heave_m),
-                sensor: 1,
-                passive: false,
-            },
-            Position {
-                time_s,
-                latitude_rad: geodetic.latitude_rad,
-                longitude_rad: geodetic.longitude_rad,
-                height_m: Some(geodetic.height_m),
-                sensor: 1,
-                passive: false,
-                at_reference: false,
-            },
-        )
+        let time_s = EPOCH_S + record.time_s;
+        recording::motion(time_s, &level.tr_mul(&turned), &geodetic, heave_m)
     }
 
     fn cast(&self, number: usize) -> Profile {
@@ -220,9 +197,9 @@ impl<'a> Export<'a> {
 
     fn ping(&self, shots: &[&Shot], points: &[Option<Vector3<f64>>]) -> Option<(Ping, Solution)> {
         let first = shots.first()?;
-        let two = self.scenario.two_arrays().unwrap_or_default();
+        let sectors = self.scenario.two_arrays().unwrap_or_default().sectors();
         let sector = |k: u32| {
-            let (tilt_rad, delay_s) = two.sector(k);
+            let (tilt_rad, delay_s) = sectors.sector(k);
             Sector {
                 tilt_rad,
                 delay_s,
@@ -242,7 +219,7 @@ impl<'a> Export<'a> {
             number: first.ping,
             head: u32::from(first.head) + 1,
             head_speed_m_s: self.head_speed_m_s,
-            sectors: (0..two.sectors).map(sector).collect(),
+            sectors: (0..sectors.count).map(sector).collect(),
             beams: shots.iter().enumerate().map(beam).collect(),
         };
         let arrays = &self.arrays[usize::from(first.head)];
@@ -257,33 +234,13 @@ impl<'a> Export<'a> {
         points: &[Option<Vector3<f64>>],
     ) -> Option<Solution> {
         let pose = self.scene.trajectory.pose_at(time_s).ok()?;
-        let (_, _, heading_rad) = rotation::to_attitude(&pose.rotation);
-        let sender_m = pose.rotation * arrays.transmitter.lever_arm_m;
-        let (origin, begin_m) = if self.format == Kongsberg::All {
-            let antenna_m = pose.rotation * self.sensor.lever_arm_m;
-            let begin_m = Vector3::new(antenna_m.x, antenna_m.y, sender_m.z);
-            (Origin::PositionSensorAndArray, begin_m)
-        } else {
-            (Origin::ReferencePoint, Vector3::zeros())
+        let sounder = Sounder {
+            pose: &pose,
+            arrays,
+            level_m: self.scene.water.level_m,
         };
-        let turn = turned(heading_rad);
-        let own = |point: &Option<Vector3<f64>>| {
-            let from_begin = point.map(|p| turn * (p - pose.position_m - begin_m));
-            OwnPoint {
-                right_forward_up_m: from_begin.unwrap_or_default(),
-                valid: point.is_some(),
-            }
-        };
-        Some(Solution {
-            time_s: ping.time_s,
-            number: ping.number,
-            head: ping.head,
-            heading_rad,
-            array_depth_m: self.scene.water.level_m - pose.position_m.z - sender_m.z,
-            water_line_m: 0.0,
-            origin,
-            points: points.iter().map(own).collect(),
-        })
+        let points_m = points.iter().copied();
+        Some(self.format.solution(ping, &sounder, points_m))
     }
 
     /// Everything of one line.
@@ -298,10 +255,4 @@ impl<'a> Export<'a> {
             pings: self.pings(number),
         }
     }
-}
-
-/// East, north, up into right, forward, up of a heading.
-fn turned(heading_rad: f64) -> Matrix3<f64> {
-    let (sin, cos) = math::sin_cos(heading_rad);
-    Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
 }

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::recorded::{self, FromRecorders};
-use crate::survey::problem::SurveyError;
+use crate::survey::recorded::files::lacking;
+use crate::survey::recorded::mounted::inline;
 use crate::survey::sections::MountingAngles;
 
 /// A survey file of these recorder files, one line of each. What is wrong or missing stands in it as a comment.
@@ -23,7 +24,11 @@ pub fn template(files: &[PathBuf]) -> String {
     let found = recorded::load(Path::new("survey.toml"), &text, Path::new(""), names);
     let (of_sonar, of_rest) = match &found {
         Ok(found) => (sonar(found), rest(found)),
-        Err(error) => (String::new(), lacking(error)),
+        Err(error) => {
+            let lines = lacking(error);
+            let words = format!("\n# It cannot be calibrated as it stands:\n{lines}");
+            (String::new(), words)
+        }
     };
     let title = "# Survey of recorder files, one line of each. A line that begins with \"#\" and a key shows what the files say or what holds\n# without it; without the mark it decides.\n# The sigmas are those of an ordinary installation: put in yours.\n";
     let others = "#path = \"sbet.out\"           # a post-processed trajectory instead of the recorder's own navigation\n#time = \"gps-week\"           # of an SBET: gps-week or utc-week\n#accuracies = \"smrmsg.out\"   # its accuracies, for the drift sigmas\n#heights = \"ellipsoid\"       # or \"heave\", where no height above the ellipsoid is recorded\n";
@@ -62,23 +67,17 @@ fn mounted(
     (arm_m, angles): (&[f64; 3], &MountingAngles),
     receiver: (&Option<[f64; 3]>, &Option<MountingAngles>),
 ) -> String {
-    let words = |a: &MountingAngles| {
-        format!(
-            "{{ roll = {}, pitch = {}, heading = {} }}",
-            a.roll, a.pitch, a.heading
-        )
-    };
     let arm = |a: &[f64; 3]| format!("{a:?}");
     let mut text = format!(
         "#lever_arm_m = {}   # right, forward, up of the reference point\n#mounting_deg = {}\n",
         arm(arm_m),
-        words(angles)
+        inline(angles)
     );
     if let (Some(receiver_arm), Some(receiver)) = receiver {
         text.push_str(&format!(
             "#receiver_lever_arm_m = {}\n#receiver_mounting_deg = {}\n",
             arm(receiver_arm),
-            words(receiver)
+            inline(receiver)
         ));
     }
     text
@@ -96,16 +95,4 @@ fn rest(found: &FromRecorders) -> String {
         text.push_str(&format!("# - {note}\n"));
     }
     text
-}
-
-fn lacking(error: &SurveyError) -> String {
-    let line = |problem: &crate::survey::problem::Problem| {
-        let file = problem.file.display();
-        format!(
-            "# - {file}: found {}, expected {}\n",
-            problem.found, problem.expected
-        )
-    };
-    let lines: String = error.problems.iter().map(line).collect();
-    format!("\n# It cannot be calibrated as it stands:\n{lines}")
 }

@@ -11,6 +11,7 @@ use super::file::{
 use crate::calibrate::verdict::VerdictConfig;
 use crate::math;
 use crate::observe::ArrayMountings;
+use crate::simulate::Sectors;
 use crate::survey::document::Document;
 use crate::survey::limits::{ABOVE, DURATION, Limits, SPEED, TURN, limits};
 use crate::survey::problem::{Problem, SurveyError, none_of};
@@ -185,14 +186,14 @@ section! {
 }
 
 impl TwoArrays {
-    /// Tilt (radians) and delay (seconds) of a sector.
+    /// The sectors.
     #[must_use]
-    pub fn sector(&self, number: u32) -> (f64, f64) {
-        let from_middle = f64::from(number) - 0.5 * f64::from(self.sectors - 1);
-        (
-            (from_middle * self.sector_tilt_deg).to_radians(),
-            f64::from(number) * self.sector_delay_s,
-        )
+    pub fn sectors(&self) -> Sectors {
+        Sectors {
+            count: self.sectors,
+            tilt_deg: self.sector_tilt_deg,
+            delay_s: self.sector_delay_s,
+        }
     }
 }
 
