@@ -6,5 +6,5 @@
 pub mod patches;
 pub mod register;
 
-pub use patches::{Attraction, Gate, Patches, Verdict, Water};
+pub use patches::{Attraction, Gate, Patches, Spread, Verdict, Water};
 pub use register::{Movable, Registration, Response, Sight, register, responses, score};

@@ -26,6 +26,42 @@ pub enum Water {
     Below,
 }
 
+/// How the noise of a point acts along the normal of a plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// Standard deviation along the normal, metres.
+    pub sigma_m: f64,
+    /// `C n / (n . C n)`, `C` the covariance of the point: where noise takes the point that takes it off the plane by one unit.
+    pub off_plane: Vector3<f64>,
+}
+
+impl Spread {
+    /// The same noise in every direction.
+    #[must_use]
+    pub fn round(sigma_m: f64, normal: &Vector3<f64>) -> Self {
+        Self {
+            sigma_m,
+            off_plane: *normal,
+        }
+    }
+
+    /// Of a covariance, by its product with the normal, square metres.
+    #[must_use]
+    pub fn of_product(product_m2: &Vector3<f64>, normal: &Vector3<f64>) -> Self {
+        let variance_m2 = product_m2.dot(normal);
+        Self {
+            sigma_m: variance_m2.sqrt(),
+            off_plane: product_m2 / variance_m2,
+        }
+    }
+
+    /// Where the point is by all that is known of it once it lies on the plane that it misses by `misfit_m`. What noise is left in that
+    /// place has nothing in common with the misfit, so that a choice by it leaves the misfits as they are.
+    fn on_plane(&self, point: &Vector3<f64>, misfit_m: f64) -> Vector3<f64> {
+        point - self.off_plane * misfit_m
+    }
+}
+
 /// Limits of a tie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gate {
@@ -245,7 +281,9 @@ impl Patches {
     }
 
     /// Ties a point, or says why not. `hint` is a face that it probably lies on: no search is needed if it does. `ray` is the
-    /// direction from the sensor; `sigma_m(normal)` the standard deviation of the point along a normal, metres.
+    /// direction from the sensor; `spread(normal)` how the point's noise acts along a normal. Whether the point lies inside a face, and on
+    /// which side of the water, is asked of its place on the plane (`Spread::on_plane`): by the measured place, a face seen obliquely would
+    /// keep those points at its edge whose noise turns them inwards, and with them a misfit that is not zero on average.
     #[must_use]
     pub fn assign(
         &self,
@@ -253,20 +291,20 @@ impl Patches {
         ray: &Vector3<f64>,
         gate: &Gate,
         hint: Option<u16>,
-        sigma_m: impl Fn(&Vector3<f64>) -> f64,
+        spread: impl Fn(&Vector3<f64>) -> Spread,
     ) -> Verdict {
-        if !self.near_box(point, REACH_M) || !on_side(self.water, self.level_m, point.z) {
+        if !self.near_box(point, REACH_M) {
             return Verdict::NoFace;
         }
         if let (Some(face), Some(owner)) = (hint, self.owner_of(hint)) {
-            let verdict = self.among(owner, point, ray, gate, &sigma_m);
+            let verdict = self.among(owner, point, ray, gate, &spread);
             if verdict == Verdict::Tie(face) {
                 return verdict;
             }
         }
         match self.nearest(point) {
             Some((owner, near_m)) if near_m <= REACH_M => {
-                self.among(owner, point, ray, gate, &sigma_m)
+                self.among(owner, point, ray, gate, &spread)
             }
             _ => Verdict::NoFace,
         }
@@ -279,7 +317,7 @@ impl Patches {
         point: &Vector3<f64>,
         ray: &Vector3<f64>,
         gate: &Gate,
-        sigma_m: &impl Fn(&Vector3<f64>) -> f64,
+        spread: &impl Fn(&Vector3<f64>) -> Spread,
     ) -> Verdict {
         let widest_m = (gate.sigmas * gate.largest_sigma_m).min(REACH_M);
         let edge_m = gate.margin_m.max(EDGE_M);
@@ -289,14 +327,18 @@ impl Patches {
             if patch.beside_m2(point) > (patch.radius_m + edge_m).powi(2) {
                 continue;
             }
-            let misfit_m = (patch.normal.dot(point) - patch.distance_m).abs();
-            if misfit_m > widest_m
-                || patch.normal.dot(ray) >= 0.0
-                || misfit_m > gate.sigmas * sigma_m(&patch.normal)
+            let misfit_m = patch.normal.dot(point) - patch.distance_m;
+            if misfit_m.abs() > widest_m || patch.normal.dot(ray) >= 0.0 {
+                continue;
+            }
+            let spread = spread(&patch.normal);
+            let place_m = spread.on_plane(point, misfit_m);
+            if misfit_m.abs() > gate.sigmas * spread.sigma_m
+                || !on_side(self.water, self.level_m, place_m.z)
             {
                 continue;
             }
-            let inside_m = patch.outline.inside_within_m(point, edge_m);
+            let inside_m = patch.outline.inside_within_m(&place_m, edge_m);
             edge |= inside_m >= -EDGE_M;
             if inside_m >= -gate.margin_m {
                 rivals += 1;
@@ -396,7 +438,7 @@ mod tests {
             &(point - Vector3::new(-5.0, 0.0, -0.8)),
             &GATE,
             None,
-            |_| 0.01,
+            |normal| Spread::round(0.01, normal),
         )
     }
 
@@ -422,6 +464,35 @@ mod tests {
         // underside of the block at +Y: hidden from a sonar above it
         assert_eq!(name(assign(&patches, -0.5, 5.2, -2.1)), "NoFace");
         assert_eq!(name(assign(&patches, -0.3, 5.2, -1.5)), "+Y block 1 top");
+    }
+
+    #[test]
+    fn noise_along_an_oblique_ray_moves_no_point_over_an_edge() {
+        let patches = below();
+        let sensor = Vector3::new(-5.0, 0.0, -0.8);
+        let mut tied = [0, 0];
+        for step in 0..80 {
+            // across the lower edge of the wall, by a fifth of the distance that the noise takes a point down the wall
+            let place = Vector3::new(0.0, 0.5, -2.9 - 0.001 * f64::from(step));
+            let ray = (place - sensor).normalize();
+            let verdicts = [-0.012, 0.012].map(|along_m| {
+                patches.assign(&(place + ray * along_m), &ray, &GATE, None, |normal| {
+                    Spread::of_product(&(ray * ray.dot(normal) * 1.44e-4), normal)
+                })
+            });
+            assert_eq!(verdicts[0], verdicts[1], "at {place}");
+            tied[usize::from(matches!(verdicts[0], Verdict::Tie(_)))] += 1;
+        }
+        assert!(tied.iter().all(|count| *count > 25), "{tied:?}");
+    }
+
+    #[test]
+    fn the_noise_of_a_point_takes_it_off_a_plane_along_its_own_direction() {
+        let normal = Vector3::new(0.6, 0.0, 0.8);
+        let spread = Spread::of_product(&Vector3::new(0.6 * 4e-4, 0.0, 0.8 * 1e-4), &normal);
+        assert!((spread.sigma_m - (0.36 * 4e-4 + 0.64 * 1e-4f64).sqrt()).abs() < 1e-15);
+        assert!((spread.off_plane.dot(&normal) - 1.0).abs() < 1e-12);
+        assert!((spread.off_plane.x / spread.off_plane.z - 3.0).abs() < 1e-12);
     }
 
     #[test]

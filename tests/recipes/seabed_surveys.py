@@ -4,8 +4,9 @@
 
 Thirteen kinds. The ground has a power-law spectrum (not the Matern field of the joint path), rays bend in layers of 0.25 m, the boat
 rolls, pitches, yaws and heaves by sines of its own about a track that it keeps to half a metre. Prints for each kind how many are
-usable, the pulls (root mean square of error over stated sigma) of what is reported as determined, the largest of them, and the first
-findings of the others; a determined value beyond 4 sigmas is listed as wrong. SEEDS is a number or FIRST-LAST. Needs numpy.
+usable, the pulls (root mean square of error over stated sigma) of what is reported as determined, the largest of them, the largest
+statistic of each score test (`verdict.bounds`) and the first findings of the others; a determined value beyond 4 sigmas is listed as
+wrong. SEEDS is a number or FIRST-LAST. Needs numpy.
 """
 import collections, json, math, os, subprocess, sys, tempfile
 import numpy as np
@@ -296,6 +297,7 @@ def main():
     first, last = map(int, seeds.split("-")) if "-" in seeds else (1, int(seeds))
     for name in sys.argv[3:] or KINDS:
         pulls, offs, lost, wrong, usable = collections.defaultdict(list), collections.defaultdict(list), collections.Counter(), [], 0
+        tests = collections.Counter()
         for seed in range(first, last + 1):
             with tempfile.TemporaryDirectory() as folder:
                 truth = survey(folder, name, seed)
@@ -309,6 +311,8 @@ def main():
             if not result["usable"]:
                 refusals = [f["code"] for f in result["verdict"]["findings"] if f["severity"] in ("refuses", "withdraws")]
                 lost[", ".join(refusals) or "nothing"] += 1
+            for test in result["verdict"]["bounds"]:
+                tests[test["code"]] = max(tests[test["code"]], round(test.get("chi_square") or 0, 1))
             for key, (pull, off) in errors(result, truth).items():
                 pulls[key].append(pull)
                 offs[key].append(off)
@@ -317,7 +321,8 @@ def main():
         root = lambda all_: math.sqrt(sum(x * x for x in all_) / len(all_))
         words = [f"{k} {root(pulls[k]):.2f} (mean {np.mean(pulls[k]):.2f}, largest {max(pulls[k], key=abs):.1f}, rms {root(offs[k]):.4f}, {len(pulls[k])})"
                  for k in NAMES if pulls[k]]
-        print(f"{name}: {usable} of {last - first + 1} usable; pulls: {'; '.join(words) or 'none'}; wrong: {wrong}; others: {dict(lost)}", flush=True)
+        print(f"{name}: {usable} of {last - first + 1} usable; pulls: {'; '.join(words) or 'none'}; wrong: {wrong}; others: {dict(lost)}; score tests: {dict(tests.most_common(4))}",
+              flush=True)
 
 
 if __name__ == "__main__":

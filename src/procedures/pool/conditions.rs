@@ -9,7 +9,10 @@ use nalgebra::{Matrix3, Matrix3x2, Vector3};
 use super::doubts::Passes;
 use super::judge::Cells;
 use super::scene::Scene;
-use super::ties::{Tie, TieSet, TrajectoryVariance, return_gain, sounding_variance};
+use super::ties::{
+    Tie, TieSet, TrajectoryVariance, return_gain, return_product, sounding_variance,
+    sounding_variances,
+};
 use crate::adjust::{BlockId, ChainRow, ChainState, Conditions, ParameterSet, Row, tangent_basis};
 use crate::georef::{Beam, BeamPartials, effects};
 use crate::observe::{Acts, MOST_EXTRAS, Mounting, PoseSample, Trajectory};
@@ -480,11 +483,7 @@ fn adjust_beam(
     in_sensor: &Vector3<f64>,
     base: f64,
 ) -> AdjustedBeam {
-    let weights = Vector3::new(
-        noise.range_m.powi(2),
-        noise.across_rad.powi(2),
-        noise.along_rad.powi(2),
-    );
+    let weights = sounding_variances(noise);
     let beam = observed.resolved();
     let mut partials = beam.partials();
     let mut gain = partials.jacobian.tr_mul(in_sensor);
@@ -622,7 +621,7 @@ impl ReturnConditions<'_> {
         let gain = return_gain(&scan.noise, &u, &in_sensor);
         let variance = gain.norm_squared();
         let misclosure = sight.base_m(&plane, mounting) + in_sensor.dot(&u);
-        let adjusted = u - shift_along(&scan.noise, &u, &gain) * (misclosure / variance);
+        let adjusted = u - return_product(&scan.noise, &u, &gain) * (misclosure / variance);
         sight.reach(mounting, &adjusted);
         Some(ReturnSight {
             by_range: in_sensor.dot(&adjusted) / adjusted.norm().max(1e-9),
@@ -653,17 +652,6 @@ impl ReturnConditions<'_> {
         let adjusted = point - plane.normal * row.misclosure;
         plane.derive(&adjusted, row);
     }
-}
-
-/// `S b`: how the point moves per unit of multiplier, metres squared.
-fn shift_along(
-    noise: &crate::observe::LaserNoise,
-    u: &Vector3<f64>,
-    gain: &nalgebra::Vector2<f64>,
-) -> Vector3<f64> {
-    let range_m = u.norm().max(1e-9);
-    let across = Vector3::new(u.z, 0.0, -u.x);
-    u * (gain.x * noise.range_m / range_m) + across * (gain.y * noise.angle_rad)
 }
 
 impl Conditions for ReturnConditions<'_> {

@@ -10,8 +10,8 @@ pub use super::tie_set::{Reason, Tie, TieSet, Ties};
 use crate::adjust::ChainState;
 use crate::calibrate::cloud::SensorModel;
 use crate::geometry::rotation::exp;
-use crate::georef::{Beam, along_normal, effects};
-use crate::matching::{Gate, Patches, Verdict};
+use crate::georef::{Beam, effects};
+use crate::matching::{Gate, Patches, Spread, Verdict};
 use crate::observe::{LaserNoise, Mounting, PoseSample, SonarNoise, TrajectoryNoise};
 
 /// Rows per parallel task.
@@ -53,6 +53,14 @@ impl TrajectoryVariance {
         self.position_m2
             + self.level_rad2 * (attitude.x.powi(2) + attitude.y.powi(2))
             + self.heading_rad2 * attitude.z.powi(2)
+    }
+
+    /// Its covariance of a point `arm` (target frame, metres) away from the INS, times a unit normal, square metres.
+    #[must_use]
+    pub fn product(&self, normal: &Vector3<f64>, arm: &Vector3<f64>) -> Vector3<f64> {
+        let attitude = arm.cross(normal);
+        let swing = Vector3::new(self.level_rad2, self.level_rad2, self.heading_rad2);
+        normal * self.position_m2 + swing.component_mul(&attitude).cross(arm)
     }
 }
 
@@ -122,14 +130,6 @@ impl Association<'_> {
     }
 }
 
-/// Variance of a laser return along a direction in the scanner frame (unit), square metres: range along the ray, angle in the
-/// scanner's plane x-z.
-#[must_use]
-pub fn return_variance(noise: &LaserNoise, u_m: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
-    let gain = return_gain(noise, u_m, direction);
-    gain.x * gain.x + gain.y * gain.y
-}
-
 /// Sensitivity of the distance along `direction` to one sigma of range and of angle, metres.
 #[must_use]
 pub fn return_gain(
@@ -145,12 +145,34 @@ pub fn return_gain(
     )
 }
 
+/// Covariance of a laser return times a direction in the scanner frame, given its gain along that direction, square metres.
+#[must_use]
+pub fn return_product(
+    noise: &LaserNoise,
+    u_m: &Vector3<f64>,
+    gain: &nalgebra::Vector2<f64>,
+) -> Vector3<f64> {
+    let range_m = u_m.norm().max(1e-9);
+    let across = Vector3::new(u_m.z, 0.0, -u_m.x);
+    u_m * (gain.x * noise.range_m / range_m) + across * (gain.y * noise.angle_rad)
+}
+
 /// Variance of a sounding along a direction in the sonar frame, given its Jacobian, square metres.
 #[must_use]
 pub fn sounding_variance(noise: &SonarNoise, gain: &Vector3<f64>) -> f64 {
     (gain.x * noise.range_m).powi(2)
         + (gain.y * noise.across_rad).powi(2)
         + (gain.z * noise.along_rad).powi(2)
+}
+
+/// Variances of range (square metres), across and along angle (square radians) of a sounding.
+#[must_use]
+pub fn sounding_variances(noise: &SonarNoise) -> Vector3<f64> {
+    Vector3::new(
+        noise.range_m.powi(2),
+        noise.across_rad.powi(2),
+        noise.along_rad.powi(2),
+    )
 }
 
 /// Limits of the tie of a point whose own noise has the variance `own_m2` at the most, `spread_m2` the INS's position, and which
@@ -242,21 +264,24 @@ pub fn tie_returns(
                     largest_sigma_m: noise.point_m,
                     margin_m: (MARGIN_SIGMAS * noise.point_m).max(LEAST_MARGIN_M),
                 };
-                return Some(patches.assign(&point, &ray, &gate, hint, |_| noise.point_m));
+                let round = |normal: &Vector3<f64>| Spread::round(noise.point_m, normal);
+                return Some(patches.assign(&point, &ray, &gate, hint, round));
             }
             let pose = association.pose(scene.return_pose(j)?);
             let u = campaign.laser.point(j);
             let turned = campaign.scanner.rotation * u;
             let arm = turned + campaign.scanner.lever_arm_m;
-            let point = pose.position_m + pose.rotation * arm;
+            let arm_in_target = pose.rotation * arm;
+            let point = pose.position_m + arm_in_target;
             let own_m2 = noise.range_m.powi(2) + noise.angle_rad.powi(2) * u.norm_squared();
             let gate = gate(gate_sigmas, own_m2, spread_m2, &trajectory, &arm);
+            let to_target = pose.rotation * campaign.scanner.rotation;
             let verdict =
                 patches.assign(&point, &(pose.rotation * turned), &gate, hint, |normal| {
-                    let partials = along_normal(&pose, &campaign.scanner, &u, normal);
-                    (return_variance(noise, &u, &partials.sensor)
-                        + trajectory.along(&partials.attitude))
-                    .sqrt()
+                    let gain = return_gain(noise, &u, &to_target.tr_mul(normal));
+                    let own = to_target * return_product(noise, &u, &gain);
+                    let product = own + trajectory.product(normal, &arm_in_target);
+                    Spread::of_product(&product, normal)
                 });
             Some(verdict)
         },
@@ -326,14 +351,17 @@ pub fn tie_soundings(
         let partials = beam.partials();
         let turned = mounting.rotation * partials.vector_m;
         let arm = turned + mounting.lever_arm_m;
-        let point = pose.position_m + pose.rotation * arm;
+        let arm_in_target = pose.rotation * arm;
+        let point = pose.position_m + arm_in_target;
+        let to_target = pose.rotation * mounting.rotation;
+        let weights = sounding_variances(noise);
         let swing_rad2 = noise.across_rad.powi(2) + noise.along_rad.powi(2);
         let own_m2 = noise.range_m.powi(2) + swing_rad2 * beam.range_m.powi(2);
         let gate = gate(gate_sigmas, own_m2, spread_m2, &trajectory, &arm);
         let verdict = patches.assign(&point, &(pose.rotation * turned), &gate, before, |normal| {
-            let p = along_normal(&pose, mounting, &partials.vector_m, normal);
-            let gain = partials.jacobian.tr_mul(&p.sensor);
-            (sounding_variance(noise, &gain) + trajectory.along(&p.attitude)).sqrt()
+            let gain = partials.jacobian.tr_mul(&to_target.tr_mul(normal));
+            let own = to_target * (partials.jacobian * weights.component_mul(&gain));
+            Spread::of_product(&(own + trajectory.product(normal, &arm_in_target)), normal)
         });
         Some(verdict)
     });
@@ -401,8 +429,13 @@ mod tests {
             point_m: 0.0,
         };
         let u = Vector3::new(10.0, 0.0, 0.0);
-        assert!((return_variance(&noise, &u, &Vector3::x()).sqrt() - 0.005).abs() < 1e-15);
-        assert!((return_variance(&noise, &u, &Vector3::z()).sqrt() - 0.010).abs() < 1e-15);
-        assert!(return_variance(&noise, &u, &Vector3::y()) < 1e-30);
+        let sigma_m = |d: Vector3<f64>| return_gain(&noise, &u, &d).norm();
+        assert!((sigma_m(Vector3::x()) - 0.005).abs() < 1e-15);
+        assert!((sigma_m(Vector3::z()) - 0.010).abs() < 1e-15);
+        assert!(sigma_m(Vector3::y()) < 1e-15);
+        let oblique = Vector3::new(0.6, 0.0, 0.8);
+        let product = return_product(&noise, &u, &return_gain(&noise, &u, &oblique));
+        let expected = Vector3::new(0.6 * 25e-6, 0.0, 0.8 * 100e-6);
+        assert!((product - expected).norm() < 1e-18);
     }
 }

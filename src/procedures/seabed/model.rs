@@ -421,7 +421,9 @@ impl Located {
     /// Derivative with respect to a scale of the beam angle.
     #[must_use]
     pub fn angle_scale_column(&self, adjusted: &Adjusted) -> Vector3<f64> {
-        self.sideways * (self.range_m * (math::asin(self.sine) + adjusted.across_rad))
+        let swung = self.sideways * (self.range_m + adjusted.range_m);
+        let turned = swung - self.ray_m * adjusted.across_rad;
+        turned * (math::asin(self.sine) + adjusted.across_rad)
     }
 
     fn attitude_column(&self, k: usize, adjusted: &Adjusted) -> Vector3<f64> {
@@ -501,6 +503,58 @@ mod tests {
                     true_m < 0.012 && nominal_m > 0.1,
                     "{arrays} {head}: {true_m} {nominal_m}"
                 );
+            }
+        }
+    }
+
+    /// Derivatives at an adjusted observation are those of a sounding that was observed so: what is left is of second order.
+    #[test]
+    fn columns_stand_at_the_adjusted_observation() {
+        for arrays in [false, true] {
+            let (mut scene, _) = scene(&dual(arrays));
+            let states = States::new(&scene.lines, &scene.ins, &scene.drift);
+            let values = Values::nominal(&scene, &states);
+            let adjusted = Adjusted {
+                range_m: 0.02,
+                across_rad: 2e-3,
+            };
+            let numbers = (40..scene.soundings.len()).step_by(1009);
+            let columns = |scene: &Scene, adjusted: &Adjusted| -> Vec<Vec<Vector3<f64>>> {
+                let locator = Locator::new(scene, &states, &values).expect("a profile");
+                let of = |k: usize| {
+                    let located = locator.locate(k)?;
+                    let deep_m = locator.deep_m(k, &located, adjusted);
+                    let mut columns = located.columns(adjusted, deep_m).to_vec();
+                    columns.push(located.angle_scale_column(adjusted));
+                    columns.push(located.ray_m + located.moved_by(adjusted));
+                    Some(columns)
+                };
+                numbers.clone().filter_map(of).collect()
+            };
+            let (found, raw) = (
+                columns(&scene, &adjusted),
+                columns(&scene, &Adjusted::default()),
+            );
+            let ranges = numbers.clone().map(|k| {
+                let locator = Locator::new(&scene, &states, &values).expect("a profile");
+                locator.locate(k).map_or(1.0, |l| l.range_m)
+            });
+            let ranges: Vec<f64> = ranges.collect();
+            for (k, range_m) in numbers.clone().zip(&ranges) {
+                let sounding = &mut scene.soundings[k];
+                sounding.across_rad += adjusted.across_rad;
+                sounding.one_way_s *= 1.0 + adjusted.range_m / range_m;
+            }
+            let due = columns(&scene, &Adjusted::default());
+            assert!(found.len() > 20 && found.len() == due.len());
+            for ((found, due), raw) in found.iter().zip(&due).zip(&raw) {
+                for (c, ((found, due), raw)) in found.iter().zip(due).zip(raw).enumerate() {
+                    let (left, moved) = ((found - due).norm(), (raw - due).norm());
+                    assert!(
+                        left < 0.01 * moved + 2e-4,
+                        "{arrays} {c}: {left} of {moved}"
+                    );
+                }
             }
         }
     }

@@ -38,21 +38,22 @@ const DRIFTING: [Component; 6] = [
 struct Chain {
     component: Component,
     sigma: f64,
-    /// Standard deviation at each knot, line after line.
+    /// Number of its first state.
+    first: usize,
+    /// Standard deviation at each knot, in the order of states.
     sigmas: Vec<f64>,
     correlation_s: f64,
-    /// Per line: first state, first knot (seconds), knot interval (seconds), number of knots.
+    /// Of each line, in the order of the survey file; the states stand in the order of time.
     knots: Vec<Knots>,
 }
 
 impl Chain {
-    /// The knots' times, line after line.
+    /// The knots' times in the order of states: one line after the other as they were sailed.
     fn times_s(&self) -> impl Iterator<Item = f64> {
-        let of = |knots: &Knots| {
-            let knots = *knots;
-            (0..knots.count).map(move |k| knots.time_s(k))
-        };
-        self.knots.iter().flat_map(of)
+        let mut sailed = self.knots.clone();
+        sailed.sort_by_key(|knots| knots.first);
+        let of = |knots: Knots| (0..knots.count).map(move |k| knots.time_s(k));
+        sailed.into_iter().flat_map(of)
     }
 }
 
@@ -112,35 +113,24 @@ impl States {
     #[must_use]
     pub fn new(lines: &[Line], ins: &InsNoise, drift: &DriftSigmas) -> Self {
         let (mut chains, mut next) = (vec![], 0);
+        let sailed = as_sailed(lines);
         for (place, component) in DRIFTING.into_iter().enumerate() {
             let (sigma, correlation_s, wanted_s) = spec(component, ins);
-            let interval_s = widened(lines, wanted_s);
+            if sigma <= 0.0 {
+                continue;
+            }
             let mut chain = Chain {
                 component,
                 sigma,
+                first: next,
                 sigmas: vec![],
                 correlation_s,
-                knots: vec![],
+                knots: knots(lines, &sailed, widened(lines, wanted_s), &mut next),
             };
-            for line in lines {
-                let span_s = (line.end_s - line.start_s).max(interval_s);
-                let count = (span_s / interval_s).ceil() as usize + 1;
-                chain.knots.push(Knots {
-                    first: next,
-                    start_s: line.start_s,
-                    interval_s: span_s / (count - 1) as f64,
-                    count,
-                });
-                next += count;
-            }
-            if sigma > 0.0 {
-                let at = |time_s| drift.at(place, time_s).unwrap_or(sigma);
-                let floor = LEAST_SIGMA * sigma;
-                chain.sigmas = chain.times_s().map(|t| at(t).max(floor)).collect();
-                chains.push(chain);
-            } else {
-                next = chain.knots.first().map_or(next, |k| k.first);
-            }
+            let at = |time_s| drift.at(place, time_s).unwrap_or(sigma);
+            let floor = LEAST_SIGMA * sigma;
+            chain.sigmas = chain.times_s().map(|t| at(t).max(floor)).collect();
+            chains.push(chain);
         }
         Self {
             chains,
@@ -237,14 +227,13 @@ impl States {
 
     /// Calls `add(row, column, information)` with the lower triangle of the priors' information.
     ///
-    /// A chain runs on from line to line: `x' / sigma' = phi x / sigma + w`, `var w = 1 - phi^2`, exact for any interval; the sigma may
+    /// A chain runs on from line to line as they were sailed: `x' / sigma' = phi x / sigma + w`, `var w = 1 - phi^2`, exact for any interval; the sigma may
     /// change from knot to knot.
     pub fn each_information(&self, mut add: impl FnMut(usize, usize, f64)) {
         for chain in &self.chains {
-            let first = chain.knots.first().map_or(0, |k| k.first);
             let mut before: Option<(usize, f64, f64)> = None;
             for (k, (time_s, sigma)) in chain.times_s().zip(&chain.sigmas).enumerate() {
-                let (state, sigma) = (first + k, *sigma);
+                let (state, sigma) = (chain.first + k, *sigma);
                 if let Some((last, last_s, sigma_before)) = before {
                     let keep = math::exp(-(time_s - last_s).abs() / chain.correlation_s);
                     let fresh = (1.0 - keep * keep).max(1e-12);
@@ -287,6 +276,35 @@ fn spec(component: Component, ins: &InsNoise) -> (f64, f64, f64) {
             ins.heading_correlation_s,
             SLOW_KNOTS_S,
         ),
+    }
+}
+
+/// Numbers of the lines in the order in which they were sailed.
+fn as_sailed(lines: &[Line]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..lines.len()).collect();
+    order.sort_by(|a, b| lines[*a].start_s.total_cmp(&lines[*b].start_s));
+    order
+}
+
+/// The knots of each line, their states numbered from `next` on as the lines were sailed.
+fn knots(lines: &[Line], sailed: &[usize], interval_s: f64, next: &mut usize) -> Vec<Knots> {
+    let mut knots: Vec<Knots> = lines.iter().map(|line| over(line, interval_s)).collect();
+    for line in sailed {
+        knots[*line].first = *next;
+        *next += knots[*line].count;
+    }
+    knots
+}
+
+/// Knots over a line, not numbered yet.
+fn over(line: &Line, interval_s: f64) -> Knots {
+    let span_s = (line.end_s - line.start_s).max(interval_s);
+    let count = (span_s / interval_s).ceil() as usize + 1;
+    Knots {
+        first: 0,
+        start_s: line.start_s,
+        interval_s: span_s / (count - 1) as f64,
+        count,
     }
 }
 
@@ -357,6 +375,31 @@ mod tests {
         // the other components have their own all along
         let roll = covariance[(times.len(), times.len())];
         assert!((roll - 4e-8).abs() < 1e-16, "{roll}");
+    }
+
+    /// The order of the lines in the survey file says nothing of when they were sailed.
+    #[test]
+    fn a_chain_runs_on_as_the_lines_were_sailed() {
+        let sailed = [
+            Line::between(0.0, 60.0),
+            Line::between(90.0, 150.0),
+            Line::between(170.0, 230.0),
+        ];
+        let listed = [2, 0, 1].map(|k| sailed[k].clone());
+        let [sailed, listed] = [&sailed, &listed].map(|lines| {
+            let states = States::new(lines, &INS, &DriftSigmas::default());
+            let covariance = information(&states).try_inverse().expect("regular");
+            (states, covariance)
+        });
+        let roll = |(states, covariance): &(States, DMatrix<f64>), lines: [usize; 2]| {
+            let of = |line: usize| states.chains[1].knots[line].first;
+            covariance[(of(lines[0]), of(lines[1]))]
+        };
+        for [a, b] in [[0, 1], [0, 2], [1, 2]] {
+            let due = 4e-8 * math::exp(-[90.0, 170.0, 80.0][a + b - 1] / 60.0);
+            assert!((roll(&sailed, [a, b]) - due).abs() < 1e-16);
+            assert!((roll(&listed, [(a + 1) % 3, (b + 1) % 3]) - due).abs() < 1e-16);
+        }
     }
 
     #[test]
