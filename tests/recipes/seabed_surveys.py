@@ -311,7 +311,7 @@ def main():
             if not result["usable"]:
                 refusals = [f["code"] for f in result["verdict"]["findings"] if f["severity"] in ("refuses", "withdraws")]
                 lost[", ".join(refusals) or "nothing"] += 1
-            for test in result["verdict"]["bounds"]:
+            for test in result["verdict"].get("bounds", []):
                 tests[test["code"]] = max(tests[test["code"]], round(test.get("chi_square") or 0, 1))
             for key, (pull, off) in errors(result, truth).items():
                 pulls[key].append(pull)

@@ -18,6 +18,14 @@ pub struct Field {
     pub noise_factor: f64,
 }
 
+impl Field {
+    /// Whether the soundings have the noise that is claimed of them, to a quarter.
+    #[must_use]
+    pub fn noise_is_as_claimed(&self) -> bool {
+        (0.8..=1.25).contains(&self.noise_factor)
+    }
+}
+
 /// Noise of one sounding's height condition, apart from the field's noise factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
