@@ -298,7 +298,7 @@ impl Survey {
                 if caller.stopped() {
                     return Err(Failure::Stopped);
                 }
-                points.add(&chunk);
+                points.add(&chunk?);
             }
             Ok(Some((points, sources)))
         })?;
