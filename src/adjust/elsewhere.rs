@@ -488,6 +488,8 @@ mod tests {
         Same,
         /// Each by a worker of its own, which holds nothing.
         Another,
+        /// By two in turn: who is asked for steps has reduced the block elsewhere.
+        Turns,
         /// Now and then there is none.
         Gap,
         /// The answer of the second block comes twice.
@@ -506,13 +508,15 @@ mod tests {
         large: Large,
         shares: Vec<Vec<Range<usize>>>,
         way: Way,
-        worker: Mutex<Worker>,
+        workers: Mutex<[Worker; 2]>,
         asked: Mutex<usize>,
     }
 
     impl Elsewhere for Hired<'_> {
         fn ask(&self, questions: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>, Stopped> {
-            let mut worker = self.worker.lock().unwrap();
+            let mut workers = self.workers.lock().unwrap();
+            let turn = usize::from(self.way == Way::Turns && questions[0][0] == STEP);
+            let worker = &mut workers[turn];
             let x = self.toy.parameters();
             let mut answers = Vec::new();
             for (block, question) in questions.iter().enumerate() {
@@ -569,7 +573,7 @@ mod tests {
             shares: shares(&problem),
             large,
             way,
-            worker: Mutex::default(),
+            workers: Mutex::default(),
             asked: Mutex::new(0),
         }
     }
@@ -616,7 +620,7 @@ mod tests {
         for kernel in [Kernel::LeastSquares, Kernel::Huber { k: 1.345 }] {
             let (here, _) = snooped(&toy, &large(), kernel, None).unwrap();
             assert!(here.contains("(0, 77)") && here.contains("(0, 899)"));
-            for way in [Way::Same, Way::Another, Way::Gap] {
+            for way in [Way::Same, Way::Another, Way::Turns, Way::Gap] {
                 let hired = hired(&toy, large(), way);
                 let (there, asked) = snooped(&toy, &large(), kernel, Some(&hired)).unwrap();
                 let apart = there.bytes().zip(here.bytes()).position(|(a, b)| a != b);
