@@ -1,5 +1,7 @@
 //! What a long job tells while it runs, and what it asks: whether it should stop.
 
+use std::sync::Arc;
+
 /// Somebody who watches a job. A closure `|step: &str| ...` is one that is told the steps and never stops the job.
 ///
 /// It is called from whatever thread works on the job, so it should return at once. A job looks at [`Self::stopped`] before each of its
@@ -18,6 +20,11 @@ pub trait Watch: Sync {
     /// Whether the job should stop.
     fn stopped(&self) -> bool {
         false
+    }
+
+    /// Other processes that work for the job, where there are any.
+    fn workers(&self) -> Option<&dyn Workers> {
+        None
     }
 
     /// An error once the job should stop.
@@ -40,6 +47,21 @@ pub trait Watch: Sync {
         self.step(what);
         Ok(())
     }
+}
+
+/// Other processes that work on the parts of a job.
+pub trait Workers: Sync {
+    /// Asks one question about each part and gives the answers in the same order. `packets` holds, part by part, what a question needs
+    /// besides; they are the same as long as `number` is.
+    ///
+    /// # Errors
+    /// [`Stopped`].
+    fn ask(
+        &self,
+        number: u64,
+        packets: &Arc<Vec<Vec<u8>>>,
+        questions: Vec<Vec<u8>>,
+    ) -> Result<Vec<Vec<u8>>, Stopped>;
 }
 
 impl<F: Fn(&str) + Sync> Watch for F {

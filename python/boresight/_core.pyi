@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 __all__ = [
+    "BlockWorker",
     "Campaign",
     "Finished",
     "Survey",
@@ -74,6 +75,12 @@ def plan(
     progress: _Progress | None = None,
 ) -> bytes: ...
 @final
+class BlockWorker:
+    def __new__(cls, path: str | PathLike[str], seed: int | None = None, threads: int | None = None) -> BlockWorker: ...
+    @property
+    def inputs(self) -> list[tuple[str, str]]: ...
+    def answer(self, packet: bytes, question: bytes) -> bytes: ...
+@final
 class Survey:
     @staticmethod
     def read(path: str | PathLike[str], progress: _Progress | None = None) -> Survey: ...
@@ -100,6 +107,7 @@ class Survey:
         truth: str | None = None,
         threads: int | None = None,
         progress: _Progress | None = None,
+        workers: Callable[[int, list[bytes] | None, list[bytes]], list[bytes]] | None = None,
     ) -> Finished: ...
     def georeference(
         self,

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike, fspath
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,11 @@ from ._observe import (
 )
 from ._progress import ProgressCallback, told
 from ._result import FoundMounting, Result, Solution
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from ._dask_blocks import Blocks
 
 Path = str | PathLike[str]
 Method = Literal["both", "joint", "reference"]
@@ -385,6 +390,7 @@ def calibrate(
     simple: bool = False,
     extra: Sequence[Extra] = (),
     threads: int | None = None,
+    client: Client | None = None,
     progress: ProgressCallback | None = None,
 ) -> Result:
     """Calibrates a survey by both paths; the same bytes as ``boresight calibrate`` writes.
@@ -393,13 +399,42 @@ def calibrate(
     solves for; what it found stands in ``Result.extra``. ``threads`` changes no result; without it, one per processor. A calibration that ends
     without a usable result is no error: see ``Result.usable``. :exc:`InputError` for input that no calibration can work with, and for
     a setting that the procedure has no use for.
+
+    With a Dask ``client`` (``boresight[dask]``) the adjustments of a pool survey of more than ``[large] block_records`` records are worked
+    on block by block by its workers, which read the survey's files themselves; the bytes are the same.
     """
     read = _read(survey)
     given = _extras(extra)
+    workers = None if client is None else _blocks(read, given, seed, client, progress)
     found = read._handle.calibrate(
-        method, seed=seed, simple=simple, extra=given, truth=read._truth, threads=threads, progress=told(progress)
+        method,
+        seed=seed,
+        simple=simple,
+        extra=given,
+        truth=read._truth,
+        threads=threads,
+        progress=told(progress),
+        workers=workers,
     )
     return Result(found)
+
+
+def _blocks(
+    survey: Survey, extra: _ExtraColumns, seed: int | None, client: Client, progress: ProgressCallback | None
+) -> Blocks:
+    """The workers of a client, for a survey that they can read."""
+    faults = []
+    if survey.procedure != "pool":
+        faults.append(Fault("calibrate", "client", f"a {survey.procedure} survey", "a pool survey, whose blocks can be handed out"))
+    if survey._file is None:
+        faults.append(Fault("calibrate", "client", "a survey in memory", "one of read_survey, whose files the workers can read"))
+    if extra:
+        faults.append(Fault("calibrate", "client", "extra unknowns", "none, as the workers do not have their arrays"))
+    if faults or survey._file is None:
+        raise InputError.of(faults)
+    from ._dask_blocks import Blocks
+
+    return Blocks(client, (survey._file, seed, tuple(survey.inputs.values())), progress)
 
 
 _ExtraColumns = list[tuple[str, str, str, Any, float | None]]

@@ -7,6 +7,7 @@
 //! | `work` | long calls on threads of their own: progress, Ctrl-C, panics |
 //! | `arrays` | columns from and to numpy, always copied |
 //! | `survey` | surveys from files and from arrays, and what can be done with them |
+//! | `blocks` | a pool survey prepared to answer questions about the blocks of its trajectory |
 //! | `finished` | a calibration's result |
 //! | `campaign` | trials of a scenario, budgets |
 //! | `plan` | which pass to sail next |
@@ -14,6 +15,7 @@
 
 mod adjust;
 mod arrays;
+mod blocks;
 mod campaign;
 mod errors;
 mod finished;
@@ -52,6 +54,8 @@ fn numerics() -> &'static str {
 mod _core {
     #[pymodule_export]
     use super::adjust::adjust;
+    #[pymodule_export]
+    use super::blocks::BlockWorker;
     #[pymodule_export]
     use super::campaign::{Campaign, budget};
     #[pymodule_export]

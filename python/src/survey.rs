@@ -29,7 +29,7 @@ use rayon::prelude::*;
 use super::arrays::{Given, rows};
 use super::errors::Failure;
 use super::finished::Finished;
-use super::work::{Caller, run};
+use super::work::{Caller, run, run_with};
 
 /// The procedure whose observations can be had as arrays.
 const POOL: &str = "pool";
@@ -171,8 +171,9 @@ impl Survey {
         })
     }
 
-    /// Calibrates it; `truth` is the content of a simulated survey's `truth.json`.
-    #[pyo3(signature = (method, seed=None, simple=false, extra=vec![], truth=None, threads=None, progress=None))]
+    /// Calibrates it; `truth` is the content of a simulated survey's `truth.json`. `workers` asks other processes about the blocks of a
+    /// long trajectory, which answer by [`super::blocks::BlockWorker`].
+    #[pyo3(signature = (method, seed=None, simple=false, extra=vec![], truth=None, threads=None, progress=None, workers=None))]
     #[expect(clippy::too_many_arguments, reason = "the package gives them by name")]
     fn calibrate(
         &self,
@@ -184,10 +185,11 @@ impl Survey {
         truth: Option<String>,
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
+        workers: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Finished> {
         let (survey, procedure) = (self.shared(), self.procedure.clone());
         let (method, extras) = (method.to_owned(), extras(extra)?);
-        let found = run(py, threads, progress, move |caller| {
+        let found = run_with(py, threads, progress, workers, move |caller| {
             let settings = settings(&method, seed, simple, extras, &procedure)?;
             let truth = truth.map(|text| serde_json::from_str(&text)).transpose()?;
             Ok(survey
@@ -298,7 +300,7 @@ impl Survey {
                 if caller.stopped() {
                     return Err(Failure::Stopped);
                 }
-                points.add(&chunk);
+                points.add(&chunk?);
             }
             Ok(Some((points, sources)))
         })?;
@@ -452,7 +454,7 @@ fn extras(given: Vec<OwnUnknown<'_>>) -> PyResult<Arc<[Extra]>> {
 }
 
 /// Settings that the procedure has a use for.
-fn settings(
+pub fn settings(
     method: &str,
     seed: Option<u64>,
     simple: bool,

@@ -13,6 +13,7 @@ use pulp::Arch;
 use super::accumulate::Normal;
 use super::chain::ChainModel;
 use super::elimination::Eliminated;
+use super::elsewhere::{self, Elsewhere};
 use super::error::AdjustError;
 use super::factor::{Factor, Quad, compiled_size, with_size};
 use super::partition::in_waves;
@@ -221,37 +222,59 @@ impl Cuts {
 pub(super) struct ChainFactor {
     /// Intervals of the blocks.
     pub blocks: Vec<Range<usize>>,
-    /// Factor of each block's interior.
-    pub interiors: Vec<Vec<Page>>,
-    /// Where those are.
-    pub store: Store,
+    /// What is inside the blocks.
+    pub inside: Inside,
     /// Factor over the cuts.
     pub cuts: Factor,
 }
 
+/// The factors of the blocks' interiors.
+#[derive(Debug)]
+pub(super) enum Inside {
+    /// They are here.
+    Here {
+        /// Block by block.
+        pages: Vec<Vec<Page>>,
+        /// Where those are.
+        store: Store,
+    },
+    /// Other processes hold them; where each block was linearised.
+    Elsewhere(Vec<Vec<u8>>),
+}
+
 impl ChainFactor {
-    /// The interior of a block, to be read.
+    /// The interior of a block, to be read; nothing of it where other processes hold it.
     pub(super) fn reader(&self, block: usize) -> Reader<'_> {
-        Reader::new(&self.store, &self.interiors[block])
+        match &self.inside {
+            Inside::Here { pages, store } => Reader::new(store, &pages[block]),
+            Inside::Elsewhere(_) => Reader::new(&Store::Nowhere, &[]),
+        }
+    }
+
+    /// Whether other processes hold what is inside the blocks.
+    pub(super) fn is_elsewhere(&self) -> bool {
+        matches!(self.inside, Inside::Elsewhere(_))
     }
 
     /// Its store and its memory, to be used again.
     pub(super) fn into_parts(self) -> (Option<Store>, Vec<Vec<Page>>) {
-        (Some(self.store), self.interiors)
+        match self.inside {
+            Inside::Here { pages, store } => (Some(store), pages),
+            Inside::Elsewhere(_) => (None, Vec::new()),
+        }
     }
 
-    /// Step of all states for a step of the free columns.
+    /// Step of all states for a step of the free columns; nothing where another process cannot give its part.
     pub(super) fn back_substitute(
         &self,
-        model: &ChainModel,
+        (model, elsewhere): (&ChainModel, Option<&dyn Elsewhere>),
         x: &[f64],
-    ) -> Result<Vec<f64>, AdjustError> {
+    ) -> Result<Option<Vec<f64>>, AdjustError> {
         let (size, used) = (self.cuts.size, model.state_size());
         let mut at_cuts = vec![0.0; self.cuts.epochs.len() * size];
         (self.cuts).back_substitute(x, &mut vec![0.0; size], &mut at_cuts, size);
         let cut = |cut: usize| &at_cuts[cut * size..(cut + 1) * size];
-        let mut steps = Vec::with_capacity(model.epochs() * used);
-        let inside = |block: usize| {
+        let ends = |block: usize| {
             let mut columns = Vec::with_capacity(size + x.len());
             let mut ahead = vec![0.0; size];
             if block > 0 {
@@ -261,43 +284,58 @@ impl ChainFactor {
                 ahead.copy_from_slice(cut(block));
             }
             columns.extend_from_slice(x);
-            self.inside(block, &columns, ahead, used)
+            (columns, ahead)
         };
+        let mut steps = Vec::with_capacity(model.epochs() * used);
         let mut done = 0;
-        in_waves(0..self.blocks.len(), inside, |inside| {
+        let take = |inside: Vec<f64>| {
             if done > 0 {
                 steps.extend_from_slice(&cut(done - 1)[..used]);
             }
             steps.extend(inside);
             done += 1;
-        })?;
-        Ok(steps)
-    }
-
-    /// Steps of the states inside a block.
-    fn inside(
-        &self,
-        block: usize,
-        columns: &[f64],
-        mut ahead: Vec<f64>,
-        used: usize,
-    ) -> Result<Vec<f64>, AdjustError> {
-        let mut reader = self.reader(block);
-        let mut pages = Vec::new();
-        for page in (0..reader.len()).rev() {
-            let factor = reader.open(page)?;
-            let mut steps = vec![0.0; factor.epochs.len() * used];
-            factor.back_substitute(columns, &mut ahead, &mut steps, used);
-            pages.push(steps);
+        };
+        match (&self.inside, elsewhere) {
+            (Inside::Elsewhere(points), Some(elsewhere)) => {
+                let Some(found) = elsewhere::steps(elsewhere, points, ends)? else {
+                    return Ok(None);
+                };
+                found.into_iter().for_each(take);
+            }
+            _ => {
+                let of_block = |block| {
+                    let (columns, ahead) = ends(block);
+                    inside(self.reader(block), &columns, ahead, used)
+                };
+                in_waves(0..self.blocks.len(), of_block, take)?;
+            }
         }
-        pages.reverse();
-        Ok(pages.concat())
+        Ok(Some(steps))
     }
 
     /// Cofactors at the ends of every block, from those of the free columns: the backward recursion over the cuts.
     pub(super) fn ends(&self, parameters: &DMatrix<f64>) -> Vec<Ends> {
         Ends::of_cuts(&self.cuts, parameters)
     }
+}
+
+/// Steps of the states inside a block for those of its columns (the states of the first cut, then the free columns) and `ahead`, those
+/// of its last cut.
+pub(super) fn inside(
+    mut reader: Reader,
+    columns: &[f64],
+    mut ahead: Vec<f64>,
+    used: usize,
+) -> Result<Vec<f64>, AdjustError> {
+    let mut pages = Vec::new();
+    for page in (0..reader.len()).rev() {
+        let factor = reader.open(page)?;
+        let mut steps = vec![0.0; factor.epochs.len() * used];
+        factor.back_substitute(columns, &mut ahead, &mut steps, used);
+        pages.push(steps);
+    }
+    pages.reverse();
+    Ok(pages.concat())
 }
 
 #[cfg(test)]

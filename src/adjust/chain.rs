@@ -4,6 +4,8 @@
 //! epoch to epoch, and Gauss-Markov drift, `s_(k+1) = phi s_k + q`, `phi = exp(-dt / tau)`, `var q = sigma^2 (1 - phi^2)`,
 //! started stationary (Gelb, *Applied Optimal Estimation*, 1974, sec. 2.2). The processes' residuals count as observations.
 
+use std::ops::Range;
+
 use super::error::AdjustError;
 use crate::math;
 
@@ -159,6 +161,8 @@ fn check_processes(processes: &[Process]) -> Result<(), AdjustError> {
 /// Current states of a chain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainState {
+    /// The first epoch that is here; before it there is nothing.
+    first: usize,
     size: usize,
     states: Vec<f64>,
     visible: Vec<[f64; VISIBLE]>,
@@ -169,29 +173,46 @@ impl ChainState {
     pub fn zero(model: &ChainModel) -> Self {
         let (size, epochs) = (model.state_size(), model.epochs());
         ChainState {
+            first: 0,
             size,
             states: vec![0.0; size * epochs],
             visible: vec![[0.0; VISIBLE]; epochs],
         }
     }
 
+    /// The states of a stretch of epochs that begins at `first`, as [`Self::stretch`] gives them.
+    pub(super) fn of_stretch(model: &ChainModel, first: usize, states: Vec<f64>) -> Self {
+        let size = model.state_size();
+        let mut made = ChainState {
+            first,
+            size,
+            visible: vec![[0.0; VISIBLE]; states.len() / size],
+            states,
+        };
+        made.see(model);
+        made
+    }
+
+    /// The states of some epochs, epoch after epoch.
+    pub(super) fn stretch(&self, epochs: Range<usize>) -> &[f64] {
+        &self.states[(epochs.start - self.first) * self.size..(epochs.end - self.first) * self.size]
+    }
+
     /// State vector of an epoch, in the order of the processes.
     pub fn state(&self, epoch: usize) -> &[f64] {
-        &self.states[epoch * self.size..(epoch + 1) * self.size]
+        self.stretch(epoch..epoch + 1)
     }
 
     /// Visible quantities of an epoch.
     pub fn visible(&self, epoch: usize) -> &[f64; VISIBLE] {
-        &self.visible[epoch]
+        &self.visible[epoch - self.first]
     }
 
     /// Visible quantities between two epochs.
     #[inline]
     pub fn between(&self, interval: u32, weight0: f64, weight1: f64) -> [f64; VISIBLE] {
-        let (a, b) = (
-            &self.visible[interval as usize],
-            &self.visible[interval as usize + 1],
-        );
+        let local = interval as usize - self.first;
+        let (a, b) = (&self.visible[local], &self.visible[local + 1]);
         std::array::from_fn(|i| weight0 * a[i] + weight1 * b[i])
     }
 
@@ -200,16 +221,18 @@ impl ChainState {
     pub(super) fn moved(&self, model: &ChainModel, step: &[f64]) -> Self {
         let mut moved = self.clone();
         moved.states.iter_mut().zip(step).for_each(|(s, d)| *s += d);
-        for (epoch, visible) in moved.visible.iter_mut().enumerate() {
+        moved.see(model);
+        moved
+    }
+
+    /// Sums the states to the visible quantities.
+    fn see(&mut self, model: &ChainModel) {
+        let states = self.states.chunks_exact(self.size);
+        for (visible, states) in self.visible.iter_mut().zip(states) {
             *visible = [0.0; VISIBLE];
-            for (process, state) in model
-                .processes()
-                .iter()
-                .zip(&moved.states[epoch * self.size..])
-            {
+            for (process, state) in model.processes().iter().zip(states) {
                 visible[process.component] += state;
             }
         }
-        moved
     }
 }

@@ -1,5 +1,6 @@
 //! What can be wrong with a problem handed to the engine.
 
+use crate::files::wire::Torn;
 use crate::watch::Stopped;
 use thiserror::Error;
 
@@ -109,6 +110,9 @@ pub enum AdjustError {
         /// Blocks of the chain.
         blocks: usize,
     },
+    /// What another process asked or answered cannot be read.
+    #[error(transparent)]
+    Torn(Torn),
     /// A decomposition of the reduced normal matrix did not converge.
     #[error("the decomposition of the {size} x {size} reduced system did not converge")]
     NoDecomposition {

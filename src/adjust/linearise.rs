@@ -11,9 +11,10 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::accumulate::{Normal, Run, Window};
-use super::block::{ChainFactor, ReducedNormals, combine};
+use super::block::{ChainFactor, Inside, ReducedNormals, combine};
 use super::chain::{ChainModel, ChainState, VISIBLE};
 use super::elimination::{Elimination, Plan};
+use super::elsewhere;
 use super::error::AdjustError;
 use super::factor::{Factor, compiled_size};
 use super::orthogonal::orthogonalised;
@@ -129,6 +130,17 @@ pub(super) fn linearise(
     }
 }
 
+/// The factor of a problem's chain, made by this process.
+pub(super) fn factor_here(
+    problem: &Problem,
+    at: &Estimate,
+    weighting: Weighting,
+) -> Result<Option<ChainFactor>, AdjustError> {
+    let mut problem = problem.clone();
+    problem.elsewhere = None;
+    Ok(linearise(&problem, at, weighting, Keep::Factor(None))?.factor)
+}
+
 fn summed(pass: &Pass) -> Result<Linearisation, AdjustError> {
     let (mut normal, tally) = sum_without_chain(pass, |_| true)?;
     let prior_cost = add_priors(pass.at, &mut normal)?;
@@ -221,17 +233,51 @@ fn with_chain(
     keep: Keep,
 ) -> Result<Linearisation, AdjustError> {
     let free = pass.at.parameters.free_columns();
+    let blocks = blocks(model, &pass.problem.large);
+    let handed_out = blocks.len() > 1 && matches!(keep, Keep::Factor(_));
+    let found = match pass.problem.elsewhere.filter(|_| handed_out) {
+        Some(elsewhere) => elsewhere::reduced(elsewhere, pass, &blocks)?,
+        None => None,
+    };
+    let (parts, inside) = match found {
+        Some((parts, inside)) => (parts, Some(inside)),
+        None => reduced_here(pass, model, state, keep, &blocks)?,
+    };
+    let mut network = combine(parts, model, &blocks)?;
+    let prior_cost = add_priors(pass.at, &mut network.normal)? + network.prior_cost;
+    let (loss, tally) = (&network.loss, network.tally);
+    let state_promise = 0.5 * loss[(free.len(), free.len())];
+    let reduced = reduce(&network.normal, loss, &free);
+    let solved = Linearisation::new(pass, reduced, tally, prior_cost)?;
+    let cuts = network.cuts;
+    let factor = inside.map(|inside| ChainFactor {
+        blocks,
+        inside,
+        cuts,
+    });
+    Ok(Linearisation {
+        state_promise,
+        factor,
+        ..solved
+    })
+}
+
+/// The blocks reduced by this process, and what is inside them where that is kept.
+fn reduced_here(
+    pass: &Pass,
+    model: &ChainModel,
+    state: &ChainState,
+    keep: Keep,
+    blocks: &[Range<usize>],
+) -> Result<(Vec<ReducedNormals>, Option<Inside>), AdjustError> {
     let without = sum_without_chain(pass, |set| !sees_chain(pass.problem, set))?;
-    let mut kept = free.clone();
-    kept.push(pass.at.parameters.columns());
-    let large = &pass.problem.large;
-    let blocks = blocks(model, large);
+    let kept = kept_columns(pass);
     let (store, spare) = match keep {
         Keep::Nothing => (Store::Nowhere, Vec::new()),
         Keep::Factor(old) => {
             let (old, spare) = old.map_or((None, Vec::new()), ChainFactor::into_parts);
-            let bytes = factor_bytes(model, kept.len(), &blocks)?;
-            (Store::of_size(bytes, large, old)?, spare)
+            let bytes = factor_bytes(model, kept.len(), blocks)?;
+            (Store::of_size(bytes, &pass.problem.large, old)?, spare)
         }
     };
     let plan = Plan {
@@ -240,28 +286,47 @@ fn with_chain(
         columns: &kept,
         store: &store,
     };
-    let (parts, interiors) = reduced_blocks(pass, plan, &blocks, without, spare)?;
-    let mut network = combine(parts, model, &blocks)?;
-    let prior_cost = add_priors(pass.at, &mut network.normal)? + network.prior_cost;
-    let (loss, tally) = (&network.loss, network.tally);
-    let state_promise = 0.5 * loss[(free.len(), free.len())];
-    let reduced = reduce(&network.normal, loss, &free);
-    let solved = Linearisation::new(pass, reduced, tally, prior_cost)?;
-    let factor = ChainFactor {
-        blocks,
-        interiors,
-        cuts: network.cuts,
+    let (parts, pages) = reduced_blocks(pass, plan, blocks, without, spare)?;
+    let kept = !matches!(store, Store::Nowhere);
+    Ok((parts, kept.then_some(Inside::Here { pages, store })))
+}
+
+/// One block reduced by itself, with the sums of the conditions without chain in the first; its factor goes to `store`.
+pub(super) fn reduced_alone(
+    pass: &Pass,
+    model: &ChainModel,
+    (block, intervals): (usize, &Range<usize>),
+    store: &Store,
+    spare: Vec<Page>,
+) -> Result<(ReducedNormals, Vec<Page>), AdjustError> {
+    let Some(state) = &pass.at.chain else {
+        return Err(AdjustError::MissingBlock { block, blocks: 0 });
+    };
+    let without = sum_without_chain(pass, |set| !sees_chain(pass.problem, set))?;
+    let kept = kept_columns(pass);
+    let plan = Plan {
+        model,
+        state,
+        columns: &kept,
         store,
     };
-    Ok(Linearisation {
-        state_promise,
-        factor: (!matches!(factor.store, Store::Nowhere)).then_some(factor),
-        ..solved
-    })
+    let progress = Progress {
+        pass,
+        done: AtomicUsize::new(0),
+        windows: windows(intervals).len(),
+    };
+    reduced_block(&progress, plan, (block, intervals), without, spare)
+}
+
+/// Columns that stay when the states are eliminated: the free ones, then the misclosure.
+fn kept_columns(pass: &Pass) -> Vec<usize> {
+    let mut kept = pass.at.parameters.free_columns();
+    kept.push(pass.at.parameters.columns());
+    kept
 }
 
 /// Bytes of the factor of a chain.
-fn factor_bytes(
+pub(super) fn factor_bytes(
     model: &ChainModel,
     kept: usize,
     blocks: &[Range<usize>],

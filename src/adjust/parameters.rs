@@ -209,6 +209,11 @@ impl ParameterSet {
         &self.blocks
     }
 
+    /// Handles of all blocks, in order.
+    pub(super) fn ids(&self) -> impl Iterator<Item = BlockId> + use<> {
+        (0..self.blocks.len()).map(BlockId)
+    }
+
     /// One block.
     pub fn block(&self, id: BlockId) -> &Block {
         &self.blocks[id.0]
@@ -292,6 +297,25 @@ impl ParameterSet {
                 .retract(&mut block.value, &step[*offset..offset + size]);
         }
         moved
+    }
+
+    /// The values of all blocks, one behind the other.
+    #[must_use]
+    pub fn values(&self) -> Vec<f64> {
+        let values = self.blocks.iter().flat_map(|block| &block.value);
+        values.copied().collect()
+    }
+
+    /// The set with other values, as [`Self::values`] gives them; `None` where they are not as many.
+    #[must_use]
+    pub fn with_values(&self, values: &[f64]) -> Option<Self> {
+        let (mut set, mut rest) = (self.clone(), values);
+        for block in &mut set.blocks {
+            let (own, behind) = rest.split_at_checked(block.value.len())?;
+            block.value.copy_from_slice(own);
+            rest = behind;
+        }
+        rest.is_empty().then_some(set)
     }
 
     /// Number of scalar priors.

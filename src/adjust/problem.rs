@@ -3,6 +3,7 @@
 use super::bits::Bits;
 use super::chain::{ChainModel, ChainState};
 use super::condition::Conditions;
+use super::elsewhere::Elsewhere;
 use super::large::Large;
 use super::parameters::ParameterSet;
 use crate::watch::Watch;
@@ -45,6 +46,8 @@ pub struct Problem<'a> {
     pub components: Vec<f64>,
     /// Who watches the passes over the conditions and may stop them.
     pub watch: Option<&'a dyn Watch>,
+    /// Who works on the blocks of a long chain in other processes. What was solved so is judged with the same conditions switched off.
+    pub elsewhere: Option<&'a dyn Elsewhere>,
 }
 
 impl<'a> Problem<'a> {

@@ -17,6 +17,7 @@ use super::chain::{ChainModel, VISIBLE};
 use super::condition::ChainRow;
 use super::error::AdjustError;
 use super::factor::{Factor, Square, dot, with_size};
+use super::linearise::factor_here;
 use super::partition::{in_waves, windows};
 use super::problem::Problem;
 use super::solve::Solution;
@@ -339,7 +340,15 @@ pub(super) fn each_window<T: Send>(
     judge: impl Fn(&Covariances) -> Result<T, AdjustError> + Sync,
     mut take: impl FnMut(T),
 ) -> Result<(), AdjustError> {
-    let (Some(model), Some(factor)) = (problem.chain, &solution.linearisation.factor) else {
+    let made;
+    let factor = match &solution.linearisation.factor {
+        Some(factor) if factor.is_elsewhere() => {
+            made = factor_here(problem, &solution.estimate, solution.weighting)?;
+            &made
+        }
+        factor => factor,
+    };
+    let (Some(model), Some(factor)) = (problem.chain, factor) else {
         return Ok(());
     };
     let parameters = &solution.estimate.parameters;

@@ -3,11 +3,11 @@
 use nalgebra::DMatrix;
 
 use super::block::ChainFactor;
-use super::chain::ChainState;
+use super::chain::{ChainModel, ChainState};
 use super::curvature::{LARGEST_BEND, REACH, curvature};
 use super::error::AdjustError;
 use super::kernel::Kernel;
-use super::linearise::{Keep, Linearisation, linearise};
+use super::linearise::{Keep, Linearisation, factor_here, linearise};
 use super::mestimate::with_robust_covariance;
 use super::options::{Bending, IterationRecord, Options, Status};
 use super::partition::check_intervals;
@@ -161,7 +161,7 @@ impl<'a> Iteration<'a> {
         let spectrum = self.linearisation.reduced.spectrum(&self.metric)?;
         let free = spectrum.step(self.damping);
         let states = match (self.problem.chain, &self.linearisation.factor) {
-            (Some(model), Some(factor)) => factor.back_substitute(model, &free)?,
+            (Some(model), Some(factor)) => self.state_steps(model, factor, &free)?,
             _ => Vec::new(),
         };
         let promise = spectrum.promise(self.damping) + self.linearisation.state_promise;
@@ -172,6 +172,23 @@ impl<'a> Iteration<'a> {
             promise,
             sigmas,
         })
+    }
+
+    /// Step of all states; what other processes cannot give is made here.
+    fn state_steps(
+        &self,
+        model: &ChainModel,
+        factor: &ChainFactor,
+        free: &[f64],
+    ) -> Result<Vec<f64>, AdjustError> {
+        let elsewhere = self.problem.elsewhere;
+        if let Some(steps) = factor.back_substitute((model, elsewhere), free)? {
+            return Ok(steps);
+        }
+        let weighting = Weighting::Kernel(self.options.kernel);
+        let factor = factor_here(self.problem, &self.here, weighting)?;
+        let steps = factor.map(|factor| factor.back_substitute((model, None), free));
+        Ok(steps.transpose()?.flatten().unwrap_or_default())
     }
 
     /// Adds the geodesic acceleration to a step; false where the step bends too much to be taken. Problems with a chain, whose

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::seam::InputError;
 use crate::geometry::Ellipsoid;
 use crate::geometry::ellipsoid::Geodetic;
 use crate::geometry::frames::{Ecef, Point};
@@ -25,8 +26,8 @@ pub struct Cloud<'s> {
     pub total: usize,
     /// What the points come from, such as a sensor or a line; [`Placed::source`] counts them from 1.
     pub sources: Vec<String>,
-    /// The points, at most [`CHUNK`] at a time.
-    pub chunks: Box<dyn Iterator<Item = Vec<Placed>> + 's>,
+    /// The points, at most [`CHUNK`] at a time; an error where observations that were kept in a file cannot be read from it again.
+    pub chunks: Box<dyn Iterator<Item = Result<Vec<Placed>, InputError>> + 's>,
 }
 
 /// A georeferenced point.

@@ -72,7 +72,7 @@ fn written(
     let layout = system.layout(&cloud);
     let chunks = cloud
         .chunks
-        .map(|chunk| counted(&bar, system.points(&chunk)))
+        .map(|chunk| counted(&bar, system.points(&chunk?)))
         .inspect(|points| {
             if let (Some(surface), Ok(points)) = (&mut surface, points) {
                 surface.add(points);

@@ -8,6 +8,7 @@
 //! | [`whole`] | one file whole or not at all, several files together, and whether a folder can be written at all |
 //! | [`marker`] | what the program itself wrote into a folder; a folder of files made together and never over others |
 //! | [`spill`] | a file without name for what exceeds memory |
+//! | [`wire`] | numbers as bytes for another process, and back |
 //! | [`inputs`] | whether a path names one of these files |
 
 mod gate;
@@ -16,6 +17,7 @@ pub mod marker;
 pub mod spill;
 pub mod temporary;
 pub mod whole;
+pub mod wire;
 
 pub use gate::abandon;
 pub use inputs::{Overwrites, none_is};

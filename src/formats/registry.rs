@@ -302,7 +302,8 @@ doors! {
     read_table, Table() -> TableRecord;
 }
 
-/// Reads soundings as [`read_soundings`] does; those for which there is no room in memory go to a file as they are read.
+/// Reads soundings as [`read_soundings`] does; those for which there is no room in memory go to a file as they are read, of
+/// several heads those of `head`.
 ///
 /// # Errors
 /// As [`read_soundings`], and [`FaultKind::Unwritable`] with the folder in which that file cannot be written.
@@ -310,12 +311,13 @@ pub fn read_soundings_within(
     path: &Path,
     invalid: Invalid,
     room: &Room,
+    head: Option<u32>,
 ) -> Result<(SoundingRecords, Option<SoundingFile>), FormatError> {
     // one format holds soundings alone
     reader(path, |reader| {
         matches!(reader, Reader::Soundings(_)).then_some(())
     })?;
-    soundings_csv::read_within(path, invalid, room)
+    soundings_csv::read_within(path, invalid, room, head)
 }
 
 #[cfg(feature = "parquet")]

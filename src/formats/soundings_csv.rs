@@ -6,6 +6,7 @@
 //!
 //! Of a sounder with several heads: `head`, the number of each sounding's.
 
+use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::path::Path;
 
@@ -92,7 +93,8 @@ pub fn read(path: &Path, invalid: Invalid) -> Result<SoundingRecords, FormatErro
 }
 
 /// Reads a soundings CSV; soundings for which there is no room in memory go to a file without name as they are read, and the columns stay
-/// empty. Those of two arrays and those with a column `head` stay in memory.
+/// empty; of several heads only the soundings of `head` go there, and the column of heads holds the number of each head once. Those of two
+/// arrays stay in memory.
 ///
 /// # Errors
 /// As [`read`]; of kind `Unwritable` and with the folder where that file cannot be written.
@@ -100,9 +102,10 @@ pub fn read_within(
     path: &Path,
     invalid: Invalid,
     room: &Room,
+    head: Option<u32>,
 ) -> Result<(SoundingRecords, Option<SoundingFile>), FormatError> {
     let (file, size) = open(path)?;
-    taken(path, file, size, invalid, Some(room))
+    taken(path, file, size, invalid, Some((room, head)))
 }
 
 /// Reads a soundings CSV of `size` bytes from `source`; `file` names it in messages.
@@ -123,7 +126,7 @@ fn taken(
     source: impl Read,
     size: u64,
     invalid: Invalid,
-    room: Option<&Room>,
+    room: Option<(&Room, Option<u32>)>,
 ) -> Result<(SoundingRecords, Option<SoundingFile>), FormatError> {
     let mut table = Table::open(file, source, size, &REQUIRED, &OPTIONAL)?;
     let cones = two_arrays(&table)?;
@@ -133,7 +136,7 @@ fn taken(
         return Err(table.missing(&RANGES[1..]));
     }
     let heads = table.has(HEAD);
-    let mut taken = Taken::new(room.filter(|_| !cones && !heads));
+    let mut taken = Taken::new(room.filter(|_| !cones));
     let mut arrays = ArrayColumns::default();
     let left_out = table.each(Some(invalid), |table| {
         let (ping, beam) = (table.count(1)?, table.count(2)?);
@@ -145,7 +148,6 @@ fn taken(
         if cones {
             array_row(table, &mut arrays)?;
         }
-        taken.records.head.extend(head);
         let row = Sounding {
             time_s,
             ping,
@@ -155,7 +157,7 @@ fn taken(
             range,
         };
         taken
-            .take(row, table.expected_rows())
+            .take(row, head, table.expected_rows())
             .map_err(|error| no_room(&error))
     })?;
     check_angle_unit(&table, &taken, across)?;
@@ -176,6 +178,10 @@ struct Taken<'a> {
     records: SoundingRecords,
     range: Vec<f64>,
     room: Option<&'a Room>,
+    /// The head whose soundings go to the file; those of all heads where there is none.
+    wanted: Option<u32>,
+    /// The heads that there are.
+    heads: BTreeSet<u32>,
     writer: Option<SoundingWriter>,
     last_s: Option<f64>,
     /// Largest angle across, without sign.
@@ -185,11 +191,13 @@ struct Taken<'a> {
 }
 
 impl<'a> Taken<'a> {
-    fn new(room: Option<&'a Room>) -> Self {
+    fn new(room: Option<(&'a Room, Option<u32>)>) -> Self {
         Self {
             records: empty(),
             range: vec![],
-            room,
+            room: room.map(|(room, _)| room),
+            wanted: room.and_then(|(_, head)| head),
+            heads: BTreeSet::new(),
             writer: None,
             last_s: None,
             widest_rad: 0.0,
@@ -197,7 +205,12 @@ impl<'a> Taken<'a> {
         }
     }
 
-    fn take(&mut self, row: Sounding, expected_rows: usize) -> Result<(), SpillError> {
+    fn take(
+        &mut self,
+        row: Sounding,
+        head: Option<u32>,
+        expected_rows: usize,
+    ) -> Result<(), SpillError> {
         if self.last_s.is_none() {
             self.begin(expected_rows)?;
         }
@@ -206,14 +219,22 @@ impl<'a> Taken<'a> {
         let (ping, beams, most) = self.ping;
         let beams = if ping == row.ping { beams + 1 } else { 1 };
         self.ping = (row.ping, beams, most.max(beams));
+        self.heads.extend(head);
+        let goes = self.goes(head);
         if let Some(writer) = &mut self.writer {
-            return writer.push(&row);
+            return if goes { writer.push(&row) } else { Ok(()) };
         }
         self.push(&row);
+        self.records.head.extend(head);
         match self.room {
             Some(room) if !room.holds(self.records.len()) => self.move_out(room),
             _ => Ok(()),
         }
+    }
+
+    /// Whether a sounding of a head goes to the file.
+    fn goes(&self, head: Option<u32>) -> bool {
+        head.is_none() || self.wanted.is_none() || head == self.wanted
     }
 
     /// Makes room for so many rows: in the file from the first on, if they will not all stay in memory.
@@ -242,6 +263,9 @@ impl<'a> Taken<'a> {
             std::mem::take(&mut self.range),
         );
         for (k, range) in range.into_iter().enumerate() {
+            if !self.goes(from.head.get(k).copied()) {
+                continue;
+            }
             writer.push(&Sounding {
                 time_s: from.time_s[k],
                 ping: from.ping[k],
@@ -273,6 +297,9 @@ impl<'a> Taken<'a> {
             SoundingRange::TwoWayTravelTime(range)
         };
         let streamed = self.writer.map(SoundingWriter::finish).transpose()?;
+        if streamed.is_some() {
+            records.head = self.heads.into_iter().collect();
+        }
         Ok((records, streamed))
     }
 }
@@ -518,7 +545,7 @@ mod tests {
                 folder: None,
             };
             let source = text.as_bytes();
-            taken(file, source, size, Invalid::Error, Some(&room)).expect("soundings")
+            taken(file, source, size, Invalid::Error, Some((&room, None))).expect("soundings")
         };
         let (all, none) = of(u64::MAX, text.len() as u64);
         assert!(none.is_none() && all.len() == 10_000);
@@ -539,6 +566,37 @@ mod tests {
     }
 
     #[test]
+    fn of_several_heads_one_is_in_the_file() {
+        let (mut text, size) = (String::new(), rows(10_000).len() as u64);
+        for (k, line) in rows(10_000).lines().enumerate() {
+            let head = ["head", "7", "4"][if k == 0 { 0 } else { 1 + k % 3 / 2 }];
+            text += &format!("{line},{head}\n");
+        }
+        let of = |bytes, size, head| {
+            let room = Room {
+                bytes,
+                folder: None,
+            };
+            let (file, source) = (Path::new("s.csv"), text.as_bytes());
+            taken(file, source, size, Invalid::Error, Some((&room, head))).expect("soundings")
+        };
+        let (all, _) = of(u64::MAX, size, Some(4));
+        assert_eq!((all.len(), all.heads()), (10_000, vec![4, 7]));
+        for (bytes, size) in [(0, size), (40_000, 1)] {
+            for (head, rows) in [(Some(4), 3333), (Some(7), 6667), (None, 10_000)] {
+                let (records, streamed) = of(bytes, size, head);
+                let streamed = streamed.expect("a file");
+                assert_eq!((streamed.len(), &records.head), (rows, &vec![4, 7]));
+                let own = |k: &usize| head.is_none_or(|head| all.head[*k] == head);
+                for (row, k) in (0..10_000).filter(own).enumerate() {
+                    let found = streamed.row(row);
+                    assert_eq!((found.time_s, found.beam), (all.time_s[k], all.beam[k]));
+                }
+            }
+        }
+    }
+
+    #[test]
     fn angles_in_radians_are_refused_in_a_file_too() {
         let room = Room {
             bytes: 0,
@@ -550,7 +608,13 @@ mod tests {
             .collect();
         let text = format!("{header}{radians}");
         let source = text.as_bytes();
-        let refused = taken(Path::new("s.csv"), source, 100, Invalid::Error, Some(&room));
+        let refused = taken(
+            Path::new("s.csv"),
+            source,
+            100,
+            Invalid::Error,
+            Some((&room, None)),
+        );
         assert_eq!(refused.unwrap_err().kind, FaultKind::WrongUnit);
     }
 }

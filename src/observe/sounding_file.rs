@@ -83,7 +83,9 @@ impl SoundingWriter {
         Ok(Self::over(Spill::new(folder)?))
     }
 
-    fn over(spill: Spill) -> Self {
+    /// Over an open file.
+    #[must_use]
+    pub fn over(spill: Spill) -> Self {
         Self {
             spill,
             open: WIDTHS.map(|width| Vec::with_capacity(width * BLOCK)),

@@ -3,10 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use boresight::calibrate::cloud::SensorModel;
-use boresight::observe::Soundings;
+use boresight::files::spill::Spill;
+use boresight::observe::{Room, Sounding, SoundingWriter, Soundings};
 use boresight::procedures::pool::apply::cloud;
 use boresight::procedures::pool::survey::{load, scenario, write_survey};
 use boresight::simulate::{DEMO, simulate};
+use boresight::watch::Unwatched;
+use boresight::{Loaded, Settings};
 use serde_json::Value;
 
 /// A thinned demo in a folder, with this `[large]` section.
@@ -110,9 +113,91 @@ fn soundings_in_a_file_change_nothing() {
     let model = SensorModel::plain(a.campaign.sonar);
     let points = |survey| {
         let cloud = cloud(survey, &model).expect("points");
-        cloud.chunks.flatten().collect::<Vec<_>>()
+        let chunks = cloud.chunks.map(|chunk| chunk.expect("readable"));
+        chunks.flatten().collect::<Vec<_>>()
     };
     assert_eq!(points(&a), points(&b));
+}
+
+/// Of several heads only the soundings of the wanted one go to the file; one head with its number goes there as one without.
+#[test]
+fn soundings_of_one_head_go_to_the_file() {
+    let read = |large: &str, both: bool, wanted: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = survey(folder.path(), large);
+        let soundings = folder.path().join("multibeam.csv");
+        let text = std::fs::read_to_string(&soundings).expect("read");
+        let mut lines = text.lines();
+        let mut out = lines.next().expect("a header").to_owned() + ",head\n";
+        for (k, line) in lines.enumerate() {
+            let head = if both && k % 3 == 1 { 7 } else { 4 };
+            out.push_str(&format!("{line},{head}\n"));
+        }
+        std::fs::write(&soundings, out).expect("written");
+        let text = std::fs::read_to_string(&path).expect("read");
+        let text = text.replace("[multibeam]", &format!("[multibeam]\n{wanted}"));
+        std::fs::write(&path, text).expect("written");
+        load(&path)
+    };
+    let row = |s: &Soundings, k| (s.at_s(k), s.measured(k), s.name(k));
+    let file = "observations_memory_mb = 0";
+    for (both, wanted) in [(true, "head = 7"), (true, "head = 4"), (false, "")] {
+        let [a, b] = ["", file].map(|large| read(large, both, wanted).expect("a survey"));
+        let (a, b) = (&a.campaign.soundings, &b.campaign.soundings);
+        assert!(a.file.is_none() && b.file.is_some());
+        assert!(a.len() == b.len() && a.len() > 1000);
+        assert!((0..a.len()).all(|k| row(a, k) == row(b, k)));
+    }
+    let refused = |wanted| read(file, true, wanted).expect_err("refused").to_string();
+    assert!(refused("").contains("soundings of the heads 4, 7"));
+    assert!(refused("head = 5").contains("head 5; there are soundings of 4, 7"));
+}
+
+/// What was kept in a file and cannot be read again ends every command in a sentence, and leaves nothing behind.
+#[cfg(unix)]
+#[test]
+fn soundings_that_cannot_be_read_again_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = survey(folder.path(), "");
+    let mut survey = load(&path).expect("a survey");
+    let whole = &survey.campaign.soundings;
+    // a device that takes everything and gives nothing back
+    let null = std::fs::File::options().write(true).open("/dev/null");
+    let spill = Spill::over(null.expect("the device"), "/scratch".to_owned());
+    let mut writer = SoundingWriter::over(spill);
+    for k in 0..whole.len() {
+        let ([across_rad, along_rad, range], (ping, beam)) = (whole.measured(k), whole.name(k));
+        let time_s = whole.at_s(k);
+        let row = Sounding {
+            time_s,
+            ping,
+            beam,
+            across_rad,
+            along_rad,
+            range,
+        };
+        writer.push(&row).expect("written");
+    }
+    let room = Room {
+        bytes: 0,
+        folder: None,
+    };
+    survey.campaign.soundings = Soundings {
+        file: Some(writer.finish().expect("a file")),
+        ..whole.clone().within(&room).expect("a file")
+    };
+    let model = SensorModel::plain(survey.campaign.sonar);
+    let cloud = cloud(&survey, &model).expect("begun");
+    let ended: Result<Vec<_>, _> = cloud.chunks.collect();
+    let said = ended.expect_err("refused").to_string();
+    assert!(
+        said.starts_with("soundings: cannot read in /scratch: "),
+        "{said}"
+    );
+    let settings = Settings::default();
+    let calibrated = survey.calibrate(&settings, None, &Unwatched);
+    let said = calibrated.expect_err("refused").to_string();
+    assert!(said.contains("cannot read in /scratch"), "{said}");
 }
 
 /// Soundings that the trajectory does not cover leave the file, others keep their place; the clock is shifted.

@@ -372,7 +372,10 @@ fn lines_meet_under_the_true_mounting_and_not_under_the_nominal_one() {
         let cloud = loaded.cloud(&Calibrated::from(model));
         let cloud = cloud.expect("points").expect("a cloud");
         let total = cloud.total;
-        let points: Vec<_> = cloud.chunks.flatten().collect();
+        let points: Vec<_> = cloud
+            .chunks
+            .flat_map(|chunk| chunk.expect("points"))
+            .collect();
         assert_eq!(points.len(), total);
         between_lines_m2(&points)
     };

@@ -126,7 +126,10 @@ fn each_head_is_applied_with_its_own_mounting() {
     let second = of_second(folder.path());
     let points = |calibrated: &Calibrated| -> Vec<Placed> {
         let cloud = loaded.cloud(calibrated).expect("points").expect("a cloud");
-        cloud.chunks.flatten().collect()
+        cloud
+            .chunks
+            .flat_map(|chunk| chunk.expect("points"))
+            .collect()
     };
     let joint = result.solutions.joint.as_ref().expect("a solution");
     let found = Calibrated::of(&result, joint).expect("mountings");

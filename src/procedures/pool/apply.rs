@@ -3,11 +3,13 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::PoolError;
 use super::scene::Scene;
 use super::summary::residuals::sounding_point;
 use super::survey::LoadedSurvey;
 use super::ties::PlacedBy;
 use crate::calibrate::cloud::{Beam, CHUNK, Cloud, Placed, SensorModel};
+use crate::calibrate::seam::InputError;
 use crate::formats::las::stream::is_standard_time;
 use crate::geometry::frames::{Point, Target};
 use crate::georef::RayError;
@@ -36,8 +38,12 @@ pub fn cloud<'s>(survey: &'s LoadedSurvey, model: &SensorModel) -> Result<Cloud<
     })
 }
 
-/// Chunks of all points in order of time; where times are equal, laser first. Observations without a position are left out.
-fn points(scene: Scene<'_>, model: SensorModel) -> impl Iterator<Item = Vec<Placed>> {
+/// Chunks of all points in order of time; where times are equal, laser first. Observations without a position are left out;
+/// soundings that cannot be read again from their file are an error.
+fn points(
+    scene: Scene<'_>,
+    model: SensorModel,
+) -> impl Iterator<Item = Result<Vec<Placed>, InputError>> {
     let campaign = scene.campaign;
     let (laser, sonar) = (&campaign.laser.time_s, &campaign.soundings);
     let (mut j, mut k) = (0, 0);
@@ -54,7 +60,12 @@ fn points(scene: Scene<'_>, model: SensorModel) -> impl Iterator<Item = Vec<Plac
                 k += 1;
             }
         }
-        (!rows.is_empty()).then(|| placed(&scene, &model, &rows))
+        (!rows.is_empty()).then(|| {
+            let placed = placed(&scene, &model, &rows);
+            // what could not be read had no place, or a wrong one in this order
+            let fault = campaign.soundings.fault().cloned().map(PoolError::from);
+            fault.map_or(Ok(placed), |fault| Err(InputError::unworkable(fault)))
+        })
     })
 }
 

@@ -54,6 +54,18 @@ impl Passes {
         Self { begins_s }
     }
 
+    /// Those that begin at these moments, the first aside.
+    #[must_use]
+    pub(super) fn beginning(begins_s: Vec<f64>) -> Self {
+        Self { begins_s }
+    }
+
+    /// Begin of each pass but the first, seconds.
+    #[must_use]
+    pub(super) fn begins_s(&self) -> &[f64] {
+        &self.begins_s
+    }
+
     /// How many there are.
     #[must_use]
     pub fn count(&self) -> usize {

@@ -1,11 +1,13 @@
 //! The joint path: angles, lever arm, planes and trajectory errors in one Gauss-Helmert adjustment (`docs/joint-path.md`).
 
 mod epochs;
+mod outside;
 mod predict;
 mod round;
 mod unknowns;
 
 pub use epochs::Epochs;
+pub use outside::{BlockWorker, OutsideError};
 pub use predict::{Information, information, predict};
 pub(crate) use round::options;
 
@@ -216,6 +218,11 @@ pub struct JointStart<'a> {
     pub soundings: &'a TieSet,
 }
 
+/// How far a latency may move an observation along the trajectory, seconds.
+fn reach_s(config: &JointConfig) -> f64 {
+    if config.latency { 0.5 } else { 0.0 }
+}
+
 /// Runs the joint path: associate, adjust, until the assignment is stable; then data snooping.
 ///
 /// # Errors
@@ -227,8 +234,8 @@ pub fn run(
     config: &JointConfig,
     progress: &dyn Watch,
 ) -> Result<JointOutcome, AdjustError> {
-    let reach_s = if config.latency { 0.5 } else { 0.0 };
-    let epochs = Epochs::number(scene, start.returns, start.candidates.iter(), reach_s)?;
+    let candidates = start.candidates.iter();
+    let epochs = Epochs::number(scene, start.returns, candidates, reach_s(config))?;
     let (parameters, blocks) = parameters(scene, start, config)?;
     let frame = Frame {
         scene,
@@ -236,6 +243,7 @@ pub fn run(
         config,
         epochs: &epochs,
         blocks: &blocks,
+        workers: progress.workers(),
     };
     let mut path = Path {
         frame,

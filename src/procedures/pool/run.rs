@@ -90,6 +90,9 @@ pub enum PoolError {
     /// Soundings that were kept in a file cannot be read from it again.
     #[error("soundings: {0}")]
     File(#[from] SpillError),
+    /// What other processes answered cannot be put together.
+    #[error("joint path: {0}")]
+    Outside(AdjustError),
     /// Stopped by whoever watches.
     #[error(transparent)]
     Stopped(#[from] Stopped),
@@ -362,11 +365,16 @@ fn run_joint(
     start: &JointStart,
     surfaces: &mut Surfaces,
     progress: &dyn Watch,
-) -> Result<Jointly, Stopped> {
+) -> Result<Jointly, PoolError> {
     progress.begin("joint path: angles, lever arm, planes and drift together")?;
     let rigorous = match joint::run(scene, start, surfaces, input.joint, progress) {
         Ok(found) => found,
-        Err(AdjustError::Stopped(stopped)) => return Err(stopped),
+        Err(AdjustError::Stopped(stopped)) => return Err(stopped.into()),
+        Err(
+            torn @ (AdjustError::MissingBlock { .. }
+            | AdjustError::SurplusBlock { .. }
+            | AdjustError::Torn(_)),
+        ) => return Err(PoolError::Outside(torn)),
         Err(error) => return Ok((None, None, Some(Refusal::failed(&error)))),
     };
     if !input.joint.simple {

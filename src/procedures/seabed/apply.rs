@@ -44,7 +44,7 @@ pub fn cloud<'s>(
             .is_some_and(|s| is_standard_time(&[s.time_s])),
         total: scene.soundings.len(),
         sources: scene.lines.iter().map(|l| l.name.clone()).collect(),
-        chunks: Box::new(lines(scene).into_iter().flat_map(line)),
+        chunks: Box::new(lines(scene).into_iter().flat_map(line).map(Ok)),
     })
 }
 

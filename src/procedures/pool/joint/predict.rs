@@ -76,6 +76,7 @@ fn linearised<T>(
         config,
         epochs: &epochs,
         blocks: &blocks,
+        workers: None,
     };
     let estimate = Estimate::new(parameters);
     let ties = frame.first_ties();

@@ -12,18 +12,20 @@ use super::super::ties::{
     Among, Association, Corrected, PlacedBy, Reason, TieSet, TrajectoryVariance, tie_returns,
     tie_soundings,
 };
+use super::outside::HandedOut;
 use super::{
     Blocks, Components, Epochs, JointOutcome, JointStart, Judgement, RETURNS, Round, SOUNDINGS,
     Surfaces,
 };
 use crate::adjust::{
-    AdjustError, Bits, Estimate, Kernel, Limits, Options, ParameterSet, Problem, QualityOptions,
-    Snooped, Solution, Source, variance_components,
+    AdjustError, Bits, Elsewhere, Estimate, Kernel, Limits, Options, ParameterSet, Problem,
+    QualityOptions, Snooped, Solution, Source, shares, variance_components,
 };
 use crate::calibrate::driver::{Schedule, Solved};
 use crate::calibrate::verdict::Doubted;
 use crate::matching::Patches;
 use crate::observe::Mounting;
+use crate::watch::Workers;
 
 /// The first round only brings the estimate near: of more ties than this it takes evenly chosen ones.
 const FIRST_ROUND_TIES: usize = 8_000;
@@ -46,6 +48,8 @@ pub(super) struct Frame<'a> {
     pub(super) config: &'a JointConfig,
     pub(super) epochs: &'a Epochs,
     pub(super) blocks: &'a Blocks,
+    /// Other processes that work on the blocks of the trajectory, where there are any.
+    pub(super) workers: Option<&'a dyn Workers>,
 }
 
 impl Frame<'_> {
@@ -244,7 +248,25 @@ impl Frame<'_> {
         then: impl FnOnce(&Problem) -> T,
     ) -> T {
         let passes = Passes::of(self.scene, &ties.soundings);
-        let (soundings, returns) = self.conditions(ties, parameters, &passes);
+        self.with_problem_of((ties, &passes), parameters, |problem| {
+            let outside = self.workers.zip(problem.chain).map(|(workers, _)| {
+                let kept = (self.identity(), parameters.values());
+                HandedOut::new(workers, (ties, &passes), kept, shares(problem))
+            });
+            let mut problem = problem.clone();
+            problem.elsewhere = outside.as_ref().map(|out| out as &dyn Elsewhere);
+            then(&problem)
+        })
+    }
+
+    /// The same of the passes that the cells count, worked on by this process.
+    pub(super) fn with_problem_of<T>(
+        &self,
+        (ties, passes): (&Ties, &Passes),
+        parameters: &ParameterSet,
+        then: impl FnOnce(&Problem) -> T,
+    ) -> T {
+        let (soundings, returns) = self.conditions(ties, parameters, passes);
         let mut sources = vec![Source::new(&soundings)];
         if self.config.planes == Planes::Adjusted {
             sources.push(Source::new(&returns));

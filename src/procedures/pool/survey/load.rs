@@ -255,8 +255,12 @@ fn checked_soundings(
     file: &SurveyFile,
     path: &Path,
 ) -> Result<(SoundingRecords, Option<SoundingFile>), SurveyError> {
-    let (records, streamed) = read_within(file, path)?;
+    let (mut records, streamed) = read_within(file, path)?;
     let there = records.heads();
+    if streamed.is_some() {
+        // the soundings of the wanted head alone are in the file
+        records.head.clear();
+    }
     let wanted = file.multibeam.head;
     if let (Some(head), true) = (wanted, there.is_empty()) {
         let found = format!("head = {head}, and no column head");
@@ -275,7 +279,10 @@ fn checked_soundings(
         return Ok((records, streamed));
     }
     let head = one_head(path, "column head", &there, wanted)?;
-    Ok((of_head(&records, head), streamed))
+    match streamed {
+        Some(streamed) => Ok((records, Some(streamed))),
+        None => Ok((of_head(&records, head), None)),
+    }
 }
 
 /// The head that is calibrated: the one that is asked for, or the only one.
@@ -314,7 +321,8 @@ fn read_within(
     file: &SurveyFile,
     path: &Path,
 ) -> Result<(SoundingRecords, Option<SoundingFile>), SurveyError> {
-    let read = read_soundings_within(path, file.multibeam.invalid, &room(file));
+    let (invalid, head) = (file.multibeam.invalid, file.multibeam.head);
+    let read = read_soundings_within(path, invalid, &room(file), head);
     read.map_err(|error| match error.kind {
         FaultKind::Unwritable => no_room(&error.file, &error.found).into(),
         _ => error.into(),
