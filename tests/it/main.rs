@@ -60,6 +60,7 @@ mod scenarios;
 mod seabed;
 #[cfg(feature = "cli")]
 mod seabed_dual;
+mod seabed_tide;
 mod sequential_path;
 mod simulate;
 mod simulate_rays;

@@ -40,6 +40,7 @@ pub fn foresee(scenario: &SeabedScenario, seed: u64) -> Result<Foresight, JointE
         &file,
         &write::trajectory(scenario, &survey),
         &[write::profile(scenario, &survey)],
+        write::tide(scenario, &survey, 0.0),
         &write::soundings(scenario, &survey.shots),
     );
     let truth = &survey.truth;

@@ -11,6 +11,7 @@
 //! | [`foresight`], `plan` | what a scenario's survey would give, source by source; which line to sail next |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
 //! | [`doubts`] | score tests of what the model has not |
+//! | `tides` | does the tide of the survey file fit the heights? |
 //! | `alternatives` | signs, order, units: discrete mistakes |
 //! | [`simulate`](mod@simulate) | surveys of a known seabed |
 //! | [`reference`](mod@reference) | the classical patch test; features matched between lines, and the paper's overall adjustment of them |
@@ -41,6 +42,7 @@ pub mod states;
 mod summary;
 pub mod surface;
 pub mod survey;
+mod tides;
 pub mod tiles;
 mod trials;
 pub mod verdict;

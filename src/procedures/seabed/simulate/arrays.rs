@@ -141,6 +141,7 @@ arrays = { receiver_mounting_deg = { roll = 1.5, pitch = -0.4, heading = 0.6 }, 
             &file,
             &write::trajectory(&scenario, &survey),
             &[write::profile(&scenario, &survey)],
+            write::tide(&scenario, &survey, 0.0),
             &write::soundings(&scenario, &survey.shots),
         );
         let states = States::new(&scene.lines, &scene.ins, &scene.drift);

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::scene::Line;
 use super::survey::SeabedScenario;
-use super::survey::scenario::FurtherHead;
+use super::survey::scenario::{FurtherHead, START_S};
 use crate::geometry::rotation;
 use crate::math;
 use crate::observe::ArrayMountings;
@@ -109,8 +109,6 @@ pub struct Simulated {
     pub truth: SeabedTruth,
 }
 
-/// When the first line begins, seconds.
-const START_S: f64 = 1000.0;
 /// Between two lines, seconds.
 const TURN_S: f64 = 60.0;
 /// The trajectory reaches this far beyond a line, seconds.
@@ -362,7 +360,6 @@ impl<'a> Boat<'a> {
                 end_s: start_s + way.norm() / course.speed_m_s,
                 cast: 0,
                 tide_m: 0.0,
-                lift_m: 0.0,
                 height_sigma_m: self.scenario.site.line_height_sigma_m,
             };
             start_s = line.end_s + TURN_S;
@@ -385,7 +382,8 @@ impl<'a> Boat<'a> {
         let way = Vector2::from(course.to_m) - from;
         let at = from + way * ((time_s - line.start_s) / (line.end_s - line.start_s));
         let heading = math::atan2(way.x, way.y) + self.yaw.at(time_s);
-        let height = self.scenario.site.water_level_m + self.heave.at(time_s);
+        let level = self.scenario.site.water_level_m + self.scenario.tide_m(time_s);
+        let height = level + self.heave.at(time_s);
         let rotation =
             rotation::from_attitude(self.roll.at(time_s), self.pitch.at(time_s), heading);
         (Vector3::new(at.x, at.y, height), rotation)
