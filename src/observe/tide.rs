@@ -140,7 +140,7 @@ mod tests {
         assert!(!curve.covers([99.0, 300.0]) && !curve.covers([300.0, 401.0]));
         assert_eq!(curve.widest_step([110.0, 190.0]), Some((1, 100.0)));
         assert_eq!(curve.widest_step([110.0, 210.0]), Some((2, 200.0)));
-        assert_eq!(curve.steepest().map(|(k, _)| k), Some(1));
+        assert_eq!(curve.steepest().map(|(_, rate)| rate), Some(0.01));
     }
 
     /// An hour of a tide of 12.42 h is curved by `a (1 - cos(w 1800))` at the most: 0.032 a.
