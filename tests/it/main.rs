@@ -51,6 +51,7 @@ mod rays;
 mod recorders_mutants;
 #[cfg(feature = "cli")]
 mod recorders_pool;
+mod recorders_pool_others;
 mod recorders_real;
 #[cfg(feature = "cli")]
 mod recorders_survey;
