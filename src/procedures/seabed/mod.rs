@@ -8,7 +8,7 @@
 //! | [`normal`], [`joint()`] | the adjustment |
 //! | [`shared`], [`shares`] | what soundings of one ping have in common; what each source has in the covariance |
 //! | [`surface`], `views` | lines against each other in small cells; what the report draws of them |
-//! | [`foresight`], `plan` | what a scenario's survey would give, source by source; which line to sail next |
+//! | [`foresight`], `plan`, `sailed` | what a scenario's survey would give, source by source; which line to sail next; a survey that was sailed in a scenario's words |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
 //! | [`doubts`] | score tests of what the model has not |
 //! | `tides` | does the tide of the survey file fit the heights? |
@@ -33,6 +33,7 @@ pub mod procedure;
 pub mod reference;
 pub mod reml;
 pub mod run;
+mod sailed;
 pub mod scene;
 pub mod screen;
 pub mod shared;

@@ -114,7 +114,7 @@ pub struct Located {
     /// How the beam left the sonar.
     aim: Aim,
     /// Depth of the transducer, metres.
-    depth_m: f64,
+    pub(super) depth_m: f64,
     velocity_m_s: Vector3<f64>,
     turning: Matrix3<f64>,
     lever_arm_m: Vector3<f64>,
