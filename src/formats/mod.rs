@@ -34,6 +34,7 @@ pub mod smrmsg;
 pub mod sound_speed_csv;
 pub mod soundings_csv;
 pub mod table;
+pub mod tide_csv;
 pub mod tidy;
 pub mod trajectory_csv;
 pub mod usbl_control_csv;
@@ -48,7 +49,7 @@ pub use records::{LaserRecords, SoundingRecords, TrajectoryRecords};
 pub use registry::{
     FORMATS, Format, Reader, read_attitude, read_control, read_fixes, read_laser,
     read_rail_profiles, read_sound_speed, read_soundings, read_soundings_within, read_table,
-    read_trajectory,
+    read_tide, read_trajectory,
 };
 
 use std::path::Path;

@@ -19,9 +19,11 @@ use super::kind::kind_of;
 use super::records::{LaserRecords, SoundingRecords, TrajectoryRecords};
 use super::usbl_control_csv::{self, ControlRecords};
 use super::usbl_fixes_csv::{self, FixRecords};
-use super::{las, laser_csv, rail_csv, sbet, sound_speed_csv, soundings_csv, trajectory_csv};
+use super::{
+    las, laser_csv, rail_csv, sbet, sound_speed_csv, soundings_csv, tide_csv, trajectory_csv,
+};
 use crate::observe::{
-    AttitudeRecord, ProfilePoints, Room, SoundSpeedProfile, SoundingFile, TableRecord,
+    AttitudeRecord, ProfilePoints, Room, SoundSpeedProfile, SoundingFile, TableRecord, TideCurve,
 };
 
 type Read<T> = fn(&Path) -> Result<T, FormatError>;
@@ -41,6 +43,8 @@ pub enum Reader {
     Soundings(ReadSome<SoundingRecords>),
     /// Sound speed by depth.
     SoundSpeed(Read<SoundSpeedProfile>),
+    /// Height of the water over time.
+    Tide(Read<TideCurve>),
     /// Fixes of an acoustic positioning system.
     Fixes(ReadSome<FixRecords>),
     /// Surveyed points.
@@ -61,6 +65,7 @@ impl Reader {
             Self::Laser(_) => "laser returns",
             Self::Soundings(_) => "soundings",
             Self::SoundSpeed(_) => "sound speed",
+            Self::Tide(_) => "tide",
             Self::Fixes(_) => "fixes",
             Self::Control(_) => "control points",
             Self::Profiles(_) => "rail profiles",
@@ -79,6 +84,7 @@ impl Reader {
             Self::Laser(read) => read(path, Invalid::Error).map(drop),
             Self::Soundings(read) => read(path, Invalid::Error).map(drop),
             Self::SoundSpeed(read) => read(path).map(drop),
+            Self::Tide(read) => read(path).map(drop),
             Self::Fixes(read) => read(path, Invalid::Error).map(drop),
             Self::Control(read) => read(path).map(drop),
             Self::Profiles(read) => read(path, usize::from(u8::MAX)).map(drop),
@@ -155,6 +161,14 @@ pub const FORMATS: &[Format] = &[
         magic: b"",
         holds: "`depth_m,sound_speed_m_s`, depth positive down from the water level",
         readers: &[Reader::SoundSpeed(sound_speed_csv::read)],
+        written: true,
+    },
+    Format {
+        name: "tide CSV",
+        extensions: TEXT,
+        magic: b"",
+        holds: "`time_s,height_m`, the height of the water over a datum",
+        readers: &[Reader::Tide(tide_csv::read)],
         written: true,
     },
     Format {
@@ -292,6 +306,8 @@ doors! {
     read_soundings, Soundings(invalid: Invalid) -> SoundingRecords;
     /// Reads a sound-speed profile.
     read_sound_speed, SoundSpeed() -> SoundSpeedProfile;
+    /// Reads a tide curve.
+    read_tide, Tide() -> TideCurve;
     /// Reads acoustic fixes, of which a few may be `invalid`.
     read_fixes, Fixes(invalid: Invalid) -> FixRecords;
     /// Reads control points.

@@ -10,6 +10,7 @@ pub mod sound_speed;
 pub mod sounding_file;
 pub mod soundings;
 pub mod struck;
+pub mod tide;
 pub mod trajectory;
 pub mod usbl;
 
@@ -24,6 +25,7 @@ pub use sound_speed::{SoundSpeed, SoundSpeedProfile};
 pub use sounding_file::{Room, Sounding, SoundingFile, SoundingWriter};
 pub use soundings::{SonarNoise, SoundingArrays, SoundingRange, Soundings};
 pub use struck::{NO_FACE, Struck};
+pub use tide::TideCurve;
 pub use trajectory::{
     GeodeticTrajectory, Outside, PoseSample, PositionInterpolation, Trajectory, TrajectoryError,
     TrajectoryNoise,

@@ -110,7 +110,7 @@ fn missing(recorded: &Recorded, wanted: &Wanted) -> Vec<Lacking> {
         && recorded.positions.iter().all(|p| p.height_m.is_none())
     {
         let what = "heights above the ellipsoid (no position states one)";
-        let by = "an SBET as [trajectory] path, or [trajectory] heights = \"heave\": heave above the water level, the tide in line_height_sigma_m";
+        let by = "an SBET as [trajectory] path, or [trajectory] heights = \"heave\": heave above the water level, the tide under [tide] or in line_height_sigma_m";
         all.push(lacking(what, if wanted.heave_serves { by } else { other }));
     }
     if wanted.heights == Heights::Heave && recorded.attitude.iter().all(|a| a.heave_m.is_none()) {

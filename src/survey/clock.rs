@@ -49,6 +49,22 @@ const ADJUSTED_S: f64 = 1e9;
 /// A sentence naming the confusion of clocks that would explain why `sensor` is not within `trajectory`, if one would.
 #[must_use]
 pub fn explain_shift(trajectory: &Span, sensor: &Span) -> Option<String> {
+    let thousandth = Span {
+        first_s: sensor.first_s / 1e3,
+        last_s: sensor.last_s / 1e3,
+    };
+    if trajectory.overlaps(&thousandth) && !trajectory.overlaps(sensor) {
+        return Some("taken as milliseconds they would lie inside: give seconds".to_owned());
+    }
+    let (total_s, what) = shift_of(trajectory, sensor)?;
+    Some(format!(
+        "time_offset_s = {total_s} would bring it inside, which is {what}"
+    ))
+}
+
+/// The seconds that bring `sensor` within `trajectory`, and the confusion of clocks that they are, if one is.
+#[must_use]
+pub fn shift_of(trajectory: &Span, sensor: &Span) -> Option<(f64, String)> {
     let middle = |s: &Span| 0.5 * (s.first_s + s.last_s);
     let apart_s = middle(trajectory) - middle(sensor);
     let whole = |unit_s: f64, base_s: f64| ((apart_s - base_s) / unit_s).round() * unit_s + base_s;
@@ -70,13 +86,6 @@ pub fn explain_shift(trajectory: &Span, sensor: &Span) -> Option<String> {
             "whole days: seconds of the week, of the day, or of another epoch (UTC, GPS)",
         ),
     ];
-    let thousandth = Span {
-        first_s: sensor.first_s / 1e3,
-        last_s: sensor.last_s / 1e3,
-    };
-    if trajectory.overlaps(&thousandth) && !trajectory.overlaps(sensor) {
-        return Some("taken as milliseconds they would lie inside: give seconds".to_owned());
-    }
     for (shift_s, what) in candidates {
         for leap_s in [0.0, LEAP_S, -LEAP_S] {
             let total_s = shift_s + leap_s;
@@ -88,9 +97,7 @@ pub fn explain_shift(trajectory: &Span, sensor: &Span) -> Option<String> {
                 (0.0, _) => "the leap seconds between GPS and UTC".to_owned(),
                 _ => format!("{what}, and the 18 leap seconds between GPS and UTC"),
             };
-            return Some(format!(
-                "time_offset_s = {total_s} would bring it inside, which is {leap}"
-            ));
+            return Some((total_s, leap));
         }
     }
     None

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use boresight::formats::Invalid;
 use boresight::formats::{
-    FormatError, las, laser_csv, sbet, sound_speed_csv, soundings_csv, trajectory_csv,
+    FormatError, las, laser_csv, sbet, sound_speed_csv, soundings_csv, tide_csv, trajectory_csv,
 };
 use boresight::procedures::pool::survey::{parse_survey, parse_target};
 use boresight::survey::SurveyError;
@@ -20,6 +20,7 @@ fn read_all(bytes: &[u8]) {
     complete(laser_csv::read_from(file, bytes, size, Invalid::Error).err());
     complete(soundings_csv::read_from(file, bytes, size, Invalid::Error).err());
     complete(sound_speed_csv::read_from(file, bytes, size).err());
+    complete(tide_csv::read_from(file, bytes, size).err());
     complete(sbet::read_from(file, bytes, size, Invalid::Error).err());
     complete(las::read_from(file, Cursor::new(bytes.to_vec()), size, Invalid::Error).err());
     if let Ok(text) = std::str::from_utf8(bytes) {

@@ -51,6 +51,7 @@ mod rays;
 mod recorders_mutants;
 #[cfg(feature = "cli")]
 mod recorders_pool;
+mod recorders_pool_others;
 mod recorders_real;
 #[cfg(feature = "cli")]
 mod recorders_survey;
@@ -60,6 +61,7 @@ mod scenarios;
 mod seabed;
 #[cfg(feature = "cli")]
 mod seabed_dual;
+mod seabed_tide;
 mod sequential_path;
 mod simulate;
 mod simulate_rays;

@@ -7,11 +7,11 @@ use boresight::formats::Invalid;
 use boresight::formats::las::read as read_las;
 use serde_json::Value;
 
-const THIN: &str = include_str!("../../models/scenarios/three-pass-thin.toml");
+pub const THIN: &str = include_str!("../../models/scenarios/three-pass-thin.toml");
 /// Two arrays, each mounted on its own, three sectors with tilt and delay.
 const ARRAYS: &str = "mounting_deg = { roll = -45.0, pitch = 1.1, heading = 0.3 }
 arrays = { receiver_mounting_deg = { roll = -43.5, pitch = -0.4, heading = 0.6 }, receiver_offset_m = [0.1, -0.25, 0.02], sectors = 3, sector_tilt_deg = 1.5, sector_delay_s = 0.004 }";
-const SURVEY: &str = "survey/survey.toml";
+pub const SURVEY: &str = "survey/survey.toml";
 
 fn scenario(format: &str) -> String {
     let arrays = format!("path = \"soundings.{format}\"\n{ARRAYS}");
@@ -20,7 +20,7 @@ fn scenario(format: &str) -> String {
 }
 
 /// The survey's own file, with a part of it replaced.
-fn changed(folder: &Path, from: &str, to: &str) {
+pub fn changed(folder: &Path, from: &str, to: &str) {
     let path = folder.join(SURVEY);
     let text = std::fs::read_to_string(&path).expect("a file");
     assert!(text.contains(from), "{from}: {text}");
@@ -28,14 +28,19 @@ fn changed(folder: &Path, from: &str, to: &str) {
 }
 
 /// Sigmas and corrections of the six of a joint solution, and the true corrections; degrees and metres.
-struct Six {
-    found: [f64; 6],
-    sigma: [f64; 6],
-    truth: [f64; 6],
+pub struct Six {
+    pub found: [f64; 6],
+    pub sigma: [f64; 6],
+    pub truth: [f64; 6],
 }
 
 fn calibrated(format: &str, change: impl Fn(&Path)) -> Six {
-    let folder = simulated(&scenario(format));
+    calibrated_of(&scenario(format), format, change)
+}
+
+/// Of a scenario, whose survey is changed before.
+pub fn calibrated_of(text: &str, format: &str, change: impl Fn(&Path)) -> Six {
+    let folder = simulated(text);
     change(folder.path());
     let calibrate = ["calibrate", SURVEY, "--method", "joint", "--out", "out"];
     let output = run(&calibrate, folder.path());
@@ -64,7 +69,7 @@ fn calibrated(format: &str, change: impl Fn(&Path)) -> Six {
 }
 
 /// Largest difference in sigmas.
-fn apart(a: &[f64; 6], b: &[f64; 6], sigma: &[f64; 6]) -> f64 {
+pub fn apart(a: &[f64; 6], b: &[f64; 6], sigma: &[f64; 6]) -> f64 {
     let each = (0..6).map(|k| (a[k] - b[k]).abs() / sigma[k]);
     each.fold(0.0, f64::max)
 }

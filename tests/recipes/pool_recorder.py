@@ -4,10 +4,10 @@ Takes a pool survey whose soundings are a CSV with ranges and whose trajectory i
 every sounding anew: sent at its time from the true mounting (`truth.json`) to where it struck, heard where the boat is by then. The installation
 record in the file has the nominal mounting.
 
-    python3 tests/recipes/pool_recorder.py SURVEY-FOLDER folder [all|kmall] [sbet|own]
+    python3 tests/recipes/pool_recorder.py SURVEY-FOLDER folder [all|kmall|s7k|xtf] [sbet|own]
     boresight calibrate folder/survey.toml
 
-`own` leaves the SBET out: the trajectory is then what the recorder's file holds.
+`own` leaves the SBET out: the trajectory is then what the recorder's file holds. XTF has no sound speed: the survey file says it.
 """
 
 import csv
@@ -23,7 +23,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import recorder_survey as recorder
-from recorder_survey import DEG, SPEED, Kmall, KongsbergAll, attitude
+from recorder_survey import DEG, SPEED, S7k, Kmall, KongsbergAll, Xtf, attitude
 
 recorder.DAY = 1709424000  # 2024-03-03, a Sunday: seconds of the week are those of the day
 
@@ -49,6 +49,19 @@ class PoolKmall(Kmall):
     def __init__(self, angles, arm):
         values = "".join(f"{key}={value:.4f};" for key, value in zip("XYZRPH", fsd(angles, arm)))
         self.trai = f"TRAI_TX1:N=217;{values}S=1.0;,\nTRAI_RX1:N=217;{values}G=0;,\n"
+
+
+class PoolS7k(S7k):
+    def __init__(self, angles, arm):
+        self.arrays = ((np.array(angles) * DEG, np.array(arm)),) * 2
+
+
+class PoolXtf(Xtf):
+    def __init__(self, angles, arm):
+        self.arrays = ((np.array(angles) * DEG, np.array(arm)),) * 2
+
+
+WRITERS = {"all": PoolAll, "kmall": PoolKmall, "s7k": PoolS7k, "xtf": PoolXtf}
 
 
 def trajectory(path):
@@ -117,8 +130,9 @@ def main(source, folder, form="all", navigation="sbet"):
         truth = json.load(file)
     mounting = np.array(truth["rotation_matrix"]), np.array(truth["lever_arm_m"])
     n = trajectory(f"{source}/{survey['trajectory']['path']}")
-    writer = (PoolAll if form == "all" else PoolKmall)(degrees, sonar["lever_arm_m"])
+    writer = WRITERS[form](degrees, sonar["lever_arm_m"])
     begin = n.t[0] - 1
+    recorder.BEGIN_S, writer.rolled = begin, (n.t, n.roll)
     written = list(writer.navigation(n)) + list(writer.begin(begin, 1))
     with open(f"{source}/{sonar['path']}", newline="", encoding="utf-8") as file:
         rows = np.array([[float(value) for value in row] for row in list(csv.reader(file))[1:]])
@@ -135,6 +149,7 @@ def main(source, folder, form="all", navigation="sbet"):
         written.append((t0, writer.ping(ping)))
     written.sort(key=lambda item: item[0])
     with open(f"{folder}/pool.{form}", "wb") as file:
+        file.write(writer.header())
         file.writelines(item[1] for item in written)
     own = navigation == "own"
     for name in (survey["target"]["model"], survey["lidar"]["path"], survey["trajectory"]["path"]):
@@ -157,6 +172,8 @@ def main(source, folder, form="all", navigation="sbet"):
         said.append(line)
     with open(f"{folder}/survey.toml", "w", encoding="utf-8") as file:
         file.write("\n".join(said) + "\n")
+        if form == "xtf":
+            file.write(f"\n[sound_speed]\nspeed_m_s = {SPEED}\n")
 
 
 if __name__ == "__main__":

@@ -459,8 +459,8 @@ class Xtf(OneHead):
         step = 0.01 * DEG
         scale = 4e-7
         starboard = -p.port
-        # the angles of the file rise, from port to starboard
-        steps = np.round(np.diff(starboard, prepend=starboard[0]) / step).astype(int)
+        # the angles of the file rise, from port to starboard; their sums are rounded, not the steps
+        steps = np.diff(np.round((starboard - starboard[0]) / step), prepend=0).astype(int)
         roll = np.interp(p.t0, *self.rolled)
         times = np.clip(np.round(p.two_way / scale), 0, 65535).astype(int)
         data = section(b"H0", bytes(head))

@@ -238,6 +238,7 @@ mod tests {
             &write::survey_file(&scenario, &survey),
             &write::trajectory(&scenario, &survey),
             &[write::profile(&scenario, &survey)],
+            write::tide(&scenario, &survey, 0.0),
             &write::soundings(&scenario, &survey.shots),
         )
     }

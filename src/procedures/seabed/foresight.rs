@@ -10,7 +10,7 @@ use super::layout::Layout;
 use super::parameters::{DEEP_SOUND_SPEED, HEAVE_LAG, HEAVE_SCALE};
 use super::scene::Head;
 use super::shared::{Covariance, Parameters, add_square};
-use super::simulate::{Acts, simulate};
+use super::simulate::{Acts, Ground, simulate_on};
 use super::survey::load::scene_of;
 use super::survey::{SeabedScenario, write};
 use super::verdict::{Judgement, judge};
@@ -25,21 +25,36 @@ pub struct Foresight {
     pub judged: Judgement,
 }
 
+/// What acts in a survey that is foreseen: the noise of the sonar.
+pub const QUIET: Acts = Acts {
+    sonar: 1.0,
+    ..Acts::NONE
+};
+
 /// Foresees a scenario's survey.
 ///
 /// # Errors
 /// [`JointError`] where its lines do not meet.
 pub fn foresee(scenario: &SeabedScenario, seed: u64) -> Result<Foresight, JointError> {
-    let quiet = Acts {
-        sonar: 1.0,
-        ..Acts::NONE
-    };
-    let survey = simulate(scenario, seed, quiet);
+    foresee_on(&Ground::under(scenario, &[], seed), scenario, seed)
+}
+
+/// As [`foresee`], on a seabed that is there already.
+///
+/// # Errors
+/// As [`foresee`].
+pub fn foresee_on(
+    ground: &Ground,
+    scenario: &SeabedScenario,
+    seed: u64,
+) -> Result<Foresight, JointError> {
+    let survey = simulate_on(ground, scenario, seed, QUIET);
     let file = write::survey_file(scenario, &survey);
     let scene = scene_of(
         &file,
         &write::trajectory(scenario, &survey),
         &[write::profile(scenario, &survey)],
+        write::tide(scenario, &survey, 0.0),
         &write::soundings(scenario, &survey.shots),
     );
     let truth = &survey.truth;

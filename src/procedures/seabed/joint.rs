@@ -192,6 +192,8 @@ struct Ended {
     tiles: Vec<Tile>,
     converged: bool,
     screened: usize,
+    /// Whether the sigmas from the motion alone are wanted.
+    motion: bool,
 }
 
 /// Calibrates jointly.
@@ -249,6 +251,31 @@ pub fn foreseen(
         tiles,
         converged: true,
         screened,
+        motion: false,
+    })
+}
+
+/// The seabed of a survey, before anything is solved.
+#[derive(Clone, Debug)]
+pub struct Relief {
+    /// Its relief, as single lines have it.
+    pub field: Field,
+    /// Soundings on it at the nominal mounting, evenly drawn, metres.
+    pub points_m: Vec<Vector3<f64>>,
+}
+
+/// Reads the relief from single lines, which a misalignment cannot enter.
+///
+/// # Errors
+/// [`JointError`] where the profile cannot be used.
+pub fn relief(scene: &Scene, config: &JointSettings) -> Result<Relief, JointError> {
+    let mut work = Work::new(scene, config, &Unwatched);
+    work.screen()?;
+    work.field_of_single_lines()?;
+    let candidates = work.candidates(COARSE_SOUNDINGS)?;
+    Ok(Relief {
+        field: work.field,
+        points_m: candidates.iter().map(|c| c.point_m).collect(),
     })
 }
 
@@ -310,6 +337,7 @@ impl<'a> Work<'a> {
             tiles,
             converged,
             screened,
+            motion: true,
         };
         Ok((work, ended))
     }
@@ -637,6 +665,7 @@ impl<'a> Work<'a> {
             tiles,
             converged,
             screened,
+            motion,
         } = ended;
         let sought = self.sought(true);
         let passed = self.pass(
@@ -688,7 +717,10 @@ impl<'a> Work<'a> {
             inflation,
             sought: sought.parameters.clone(),
             relief_sigma: self.part_sigma(&tiles, &sought, Part::Relief)?,
-            motion_sigma: self.part_sigma(&tiles, &sought, Part::Motion)?,
+            motion_sigma: match motion {
+                true => self.part_sigma(&tiles, &sought, Part::Motion)?,
+                false => None,
+            },
             field: self.field,
             converged,
             omega_over_freedom: passed.normal.omega / passed.normal.freedom,

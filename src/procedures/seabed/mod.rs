@@ -8,9 +8,10 @@
 //! | [`normal`], [`joint()`] | the adjustment |
 //! | [`shared`], [`shares`] | what soundings of one ping have in common; what each source has in the covariance |
 //! | [`surface`], `views` | lines against each other in small cells; what the report draws of them |
-//! | [`foresight`], `plan` | what a scenario's survey would give, source by source; which line to sail next |
+//! | [`foresight`], `plan`, `sailed` | what a scenario's survey would give, source by source; which line to sail next; a survey that was sailed in a scenario's words |
 //! | [`layout`], [`verdict`] | what the lines are good for; what may be used |
 //! | [`doubts`] | score tests of what the model has not |
+//! | `tides` | does the tide of the survey file fit the heights? |
 //! | `alternatives` | signs, order, units: discrete mistakes |
 //! | [`simulate`](mod@simulate) | surveys of a known seabed |
 //! | [`reference`](mod@reference) | the classical patch test; features matched between lines, and the paper's overall adjustment of them |
@@ -32,6 +33,7 @@ pub mod procedure;
 pub mod reference;
 pub mod reml;
 pub mod run;
+mod sailed;
 pub mod scene;
 pub mod screen;
 pub mod shared;
@@ -41,6 +43,7 @@ pub mod states;
 mod summary;
 pub mod surface;
 pub mod survey;
+mod tides;
 pub mod tiles;
 mod trials;
 pub mod verdict;

@@ -114,7 +114,7 @@ pub struct Located {
     /// How the beam left the sonar.
     aim: Aim,
     /// Depth of the transducer, metres.
-    depth_m: f64,
+    pub(super) depth_m: f64,
     velocity_m_s: Vector3<f64>,
     turning: Matrix3<f64>,
     lever_arm_m: Vector3<f64>,
@@ -200,9 +200,9 @@ impl<'a> Locator<'a> {
         let drift = self.states.at(line, time_s, &self.values.states);
         let rotation = measured.rotation
             * crate::geometry::rotation::exp(&Vector3::new(drift[3], drift[4], drift[5]));
-        let sailed = &self.scene.lines[line];
-        let lift =
-            sailed.lift_m + self.values.heave_scale * heave[0] + self.values.heave_lag_s * heave[1];
+        let lift = self.scene.lift_m(line, time_s)
+            + self.values.heave_scale * heave[0]
+            + self.values.heave_lag_s * heave[1];
         let shift = Vector3::new(drift[0], drift[1], drift[2] + lift);
         let position = measured.position_m + shift;
         let head = usize::from(sounding.head);
@@ -217,7 +217,8 @@ impl<'a> Locator<'a> {
                 cones::aim(arrays, sounding, sent, heard)?
             }
         };
-        let depth_m = self.scene.water.level_m + sailed.tide_m - aim.transducer_m.z;
+        let depth_m =
+            self.scene.water.level_m + self.scene.tide_m(line, time_s) - aim.transducer_m.z;
         let layers = &self.layers[self.cast(sounding)];
         let ray = self.chord(layers, depth_m, (&aim, aim.direction), sounding.one_way_s)?;
         let (velocity_m_s, turning) = self.rates(time_s)?;
@@ -465,6 +466,7 @@ mod tests {
             &write::survey_file(scenario, &survey),
             &write::trajectory(scenario, &survey),
             &[write::profile(scenario, &survey)],
+            write::tide(scenario, &survey, 0.0),
             &write::soundings(scenario, &survey.shots),
         );
         (scene, survey)

@@ -8,11 +8,13 @@ use std::path::Path;
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
-use super::foresight::foresee;
-use super::joint::reported;
+use super::foresight::{Foresight, QUIET, foresee, foresee_on};
+use super::joint::{JointError, reported};
 use super::parameters::{Kind, Parameter};
+use super::sailed;
+use super::simulate::Ground;
 use super::survey::scenario::Course;
-use super::survey::{SeabedScenario, parse_scenario};
+use super::survey::{SeabedScenario, load, parse_scenario};
 use super::trials::SeabedTrials;
 use crate::calibrate::planning::{PlanAsk, Planner};
 use crate::calibrate::seam::InputError;
@@ -26,6 +28,7 @@ use crate::results::{
     BudgetParameter, Figures, PLAN_FORMAT_VERSION, PlanCandidate, PlanCriterion, PlanResult,
     PlanStep, PlanVariation, PlanVariations, PlannedPass, Software,
 };
+use crate::survey::{Problem, SurveyError, is_survey};
 
 /// What is wanted where nobody says otherwise: degrees and seconds.
 const fn usual(kind: Kind) -> f64 {
@@ -40,6 +43,8 @@ const fn usual(kind: Kind) -> f64 {
 const MOST: usize = 8;
 /// Beside the first track by so much of the half swath: the outer beams reach under the neighbour's boat.
 const BESIDE: f64 = 0.95;
+/// Candidates that are looked at together once there is a bound on what each can add.
+const TOGETHER: usize = 4;
 /// A sigma that is not determined counts as so many times the wanted one.
 const NOTHING: f64 = 1e4;
 
@@ -64,14 +69,37 @@ struct SeabedPlan {
     sought: Vec<Parameter>,
     wanted: Vec<f64>,
     points: Vec<(Point, SeabedScenario)>,
+    /// What is to be said of reading the survey; `None` for a scenario.
+    of_reading: Option<Vec<String>>,
 }
 
-/// The plan of a scenario.
+/// The lines of a survey that was sailed, as a scenario, and what is to be said of reading it.
+fn of_survey(file: &Path) -> Result<(SeabedScenario, Vec<String>), InputError> {
+    let survey = load(file)?;
+    let (scenario, mut notes) = sailed::as_scenario(&survey).map_err(|error| {
+        let expected = "a survey of which the next line can be planned";
+        SurveyError::from(Problem::new(
+            file,
+            "whole file",
+            error.to_string(),
+            expected,
+        ))
+    })?;
+    notes.extend(survey.notes);
+    Ok((scenario, notes))
+}
+
+/// The plan of a scenario, or of a survey that was sailed.
 ///
 /// # Errors
 /// [`InputError`]: what is wrong with the file or with what is asked.
 pub fn planner(file: &Path, text: &str, ask: &PlanAsk) -> Result<Box<dyn Planner>, InputError> {
-    let scenario = parse_scenario(file, text)?;
+    let (scenario, of_reading) = if is_survey(text) {
+        let (scenario, notes) = of_survey(file)?;
+        (scenario, Some(notes))
+    } else {
+        (parse_scenario(file, text)?, None)
+    };
     if !ask.crabs_deg.is_empty() {
         return Err(InputError::unworkable(Refused::Crab));
     }
@@ -101,6 +129,7 @@ pub fn planner(file: &Path, text: &str, ask: &PlanAsk) -> Result<Box<dyn Planner
         ask: ask.clone(),
         sought,
         wanted,
+        of_reading,
     }))
 }
 
@@ -108,7 +137,11 @@ pub fn planner(file: &Path, text: &str, ask: &PlanAsk) -> Result<Box<dyn Planner
 type Foreseen = Result<Figures, String>;
 
 fn figures(scenario: &SeabedScenario) -> Foreseen {
-    let found = foresee(scenario, scenario.seed).map_err(|e| e.to_string())?;
+    told(foresee(scenario, scenario.seed))
+}
+
+fn told(found: Result<Foresight, JointError>) -> Foreseen {
+    let found = found.map_err(|e| e.to_string())?;
     let one = |k: usize| {
         let sigma = found.joint.sigma(k);
         let is_angle = found.joint.parameters[k].kind.is_angle();
@@ -210,6 +243,7 @@ impl SeabedPlan {
     fn speeds(&self) -> Vec<f64> {
         let own = self.scenario.line.iter().map(|line| line.speed_m_s);
         let mut all: Vec<f64> = match self.ask.speeds_m_s.as_slice() {
+            [] if self.of_reading.is_some() => sailed::speeds_m_s(&self.scenario.line),
             [] => own.collect(),
             given => given.to_vec(),
         };
@@ -241,20 +275,48 @@ impl SeabedPlan {
                 .all(|(sigma, wanted)| sigma.is_some_and(|sigma| sigma <= *wanted))
     }
 
-    /// Every candidate behind these lines.
+    /// Candidates behind these lines, most promising first, until none of the others can be better: a line adds less the more are sailed, so
+    /// that what it added before bounds what it adds now. `added` is what each added to the lines before, and is brought up to date.
     fn each_next(
         &self,
-        lines: &[Course],
+        (lines, now): (&[Course], &Foreseen),
         candidates: &[Course],
+        added: &mut [f64],
         progress: &(dyn Fn() + Sync),
-    ) -> Vec<Foreseen> {
-        let next = |candidate: &Course| {
-            let all = lines.iter().cloned().chain([named(candidate, lines)]);
-            let found = figures(&self.with(all.collect()));
+    ) -> Vec<Option<Foreseen>> {
+        let (sailed, seed) = (self.with(lines.to_vec()), self.scenario.seed);
+        // the lines before are the same for every candidate
+        let mut ground = Ground::under(&sailed, candidates, seed);
+        ground.remember(&sailed, seed, QUIET);
+        let next = |k: &usize| {
+            let all = lines.iter().cloned().chain([named(&candidates[*k], lines)]);
+            let found = told(foresee_on(&ground, &self.with(all.collect()), seed));
             progress();
             found
         };
-        candidates.par_iter().map(next).collect()
+        let mut order: Vec<usize> = (0..candidates.len()).collect();
+        order.sort_by(|a, b| added[*b].total_cmp(&added[*a]));
+        let mut all = vec![None; candidates.len()];
+        let (here, mut best) = (self.worth(now), f64::INFINITY);
+        // nothing bounds them at first
+        let unbounded = added.iter().all(|a| a.is_infinite());
+        let at_once = if unbounded { order.len() } else { TOGETHER };
+        for together in order.chunks(at_once.max(1)) {
+            if here - added[together[0]] >= best {
+                break;
+            }
+            let found: Vec<Foreseen> = together.par_iter().map(next).collect();
+            for (k, found) in together.iter().zip(found) {
+                let worth = self.worth(&found);
+                best = best.min(worth);
+                // beside what is not determined yet, a line may add more later than now
+                if is_whole(now) {
+                    added[*k] = here - worth;
+                }
+                all[*k] = Some(found);
+            }
+        }
+        all
     }
 
     fn pass(&self, course: &Course) -> PlannedPass {
@@ -314,6 +376,9 @@ impl SeabedPlan {
             "only what the survey states of its own errors is counted; ripples and boulders of the scenario are on the bed, but not in the model of it"
                 .to_owned(),
         ];
+        if let Some(read) = &self.of_reading {
+            notes.splice(0..0, read.iter().cloned());
+        }
         if !self.ask.keep_passes {
             notes.push("from scratch: the scenario's first line counts as sailed, as one line alone determines nothing".to_owned());
         }
@@ -336,11 +401,17 @@ struct Chosen {
     reached: bool,
 }
 
+/// Whether everything is determined.
+fn is_whole(found: &Foreseen) -> bool {
+    let all = |figures: &Figures| figures.iter().all(Option::is_some);
+    found.as_ref().is_ok_and(all)
+}
+
 impl SeabedPlan {
     fn chosen(
         &self,
         candidates: &[Course],
-        first: &[Foreseen],
+        (first, mut added): (&[Option<Foreseen>], Vec<f64>),
         (start, sailed): (&Foreseen, &[Course]),
         progress: &(dyn Fn() + Sync),
     ) -> Chosen {
@@ -350,21 +421,22 @@ impl SeabedPlan {
         };
         let (mut lines, mut next) = (sailed.to_vec(), first.to_vec());
         while !chosen.reached && chosen.steps.len() < self.most() {
-            let better =
-                |a: &usize, b: &usize| self.worth(&next[*a]).total_cmp(&self.worth(&next[*b]));
-            let best = (0..next.len()).min_by(better);
-            let Some((k, Ok(found))) = best.map(|k| (k, &next[k])) else {
+            let looked_at = next.iter().enumerate();
+            let looked_at = looked_at.filter_map(|(k, found)| Some((k, found.as_ref()?)));
+            let best = looked_at.min_by(|a, b| self.worth(a.1).total_cmp(&self.worth(b.1)));
+            let Some((k, Ok(found))) = best else {
                 break;
             };
+            let now: Foreseen = Ok(found.clone());
             chosen.steps.push(PlanStep {
                 candidate: k as u64,
                 name: candidates[k].name.clone(),
                 standard_deviation: found.clone(),
             });
-            chosen.reached = self.reached(&next[k]);
+            chosen.reached = self.reached(&now);
             lines.push(named(&candidates[k], &lines));
             if !chosen.reached && chosen.steps.len() < self.most() {
-                next = self.each_next(&lines, candidates, progress);
+                next = self.each_next((&lines, &now), candidates, &mut added, progress);
             }
         }
         chosen
@@ -377,15 +449,17 @@ impl Planner for SeabedPlan {
     }
 
     fn surveys(&self) -> usize {
-        1 + self.candidates().len() * (1 + self.most() / 2) + self.points.len()
+        1 + self.candidates().len() + TOGETHER * self.most() + self.points.len()
     }
 
     fn plan(&self, progress: &(dyn Fn() + Sync)) -> Result<PlanResult, InputError> {
         let (sailed, candidates) = (self.sailed(), self.candidates());
         let start = figures(&self.with(sailed.to_vec()));
         progress();
-        let first = self.each_next(sailed, &candidates, progress);
-        let chosen = self.chosen(&candidates, &first, (&start, sailed), progress);
+        let mut added = vec![f64::INFINITY; candidates.len()];
+        let first = self.each_next((sailed, &start), &candidates, &mut added, progress);
+        let chosen = self.chosen(&candidates, (&first, added), (&start, sailed), progress);
+        let first: Vec<Foreseen> = first.into_iter().flatten().collect();
         let tried = SeabedTrials {
             scenario: self.scenario.clone(),
         };
@@ -494,6 +568,95 @@ mod tests {
             ((end[0] - begin[0]) * 110_870.0 - 150.0).abs() < 0.5,
             "{begin:?} {end:?}"
         );
+    }
+
+    /// A survey that lacks the line back and the one beside it: read as sailed, and the lines that are proposed lie beside its own on earth.
+    #[test]
+    fn a_survey_that_was_sailed_gets_the_line_that_it_lacks() {
+        let text = include_str!("../../../models/scenarios/seabed-thin.toml");
+        let text = text.replace("max_tiles = 120", "max_tiles = 60");
+        let mut scenario =
+            parse_scenario(Path::new("seabed-thin.toml"), &text).expect("a scenario");
+        scenario.line.truncate(1);
+        let folder = tempfile::tempdir().expect("a folder");
+        let sailed = crate::procedures::seabed::simulate::simulate(
+            &scenario,
+            1,
+            crate::procedures::seabed::simulate::Acts::ALL,
+        );
+        crate::procedures::seabed::survey::write::write(folder.path(), &scenario, &sailed)
+            .expect("written");
+        let file = folder.path().join("survey.toml");
+        let text = std::fs::read_to_string(&file).expect("a survey");
+        let ask = PlanAsk {
+            keep_passes: true,
+            ..ask()
+        };
+        let result = planner(&file, &text, &ask)
+            .expect("a plan")
+            .plan(&|| ())
+            .expect("planned");
+        assert!(
+            result.sailed_standard_deviation.is_none(),
+            "one line determines nothing"
+        );
+        assert_eq!(result.passes_needed, Some(result.chosen.len() as u64));
+        let names: Vec<&str> = result
+            .candidates
+            .iter()
+            .map(|c| c.pass.name.as_str())
+            .collect();
+        // 13 m of water under the first line, where the scenario has 10 at its origin
+        assert!(
+            names.contains(&"back 21 m to starboard, 2 m/s"),
+            "{names:?}"
+        );
+        let place =
+            |pass: &PlannedPass| [pass.begin_deg, pass.end_deg].map(|p| p.expect("a place"));
+        let own = place(&result.sailed[0]);
+        // from 31.4 N, 121.8 E northwards for as long as soundings were taken
+        assert!(
+            (own[0][0] - 31.4).abs() < 1e-5 && (own[0][1] - 121.8).abs() < 1e-6,
+            "{own:?}"
+        );
+        let way_m = (own[1][0] - own[0][0]) * 110_870.0;
+        assert!((way_m - 149.0).abs() < 1.0, "{way_m}");
+        let back = place(&result.candidates[1].pass);
+        assert!((back[0][0] - own[1][0]).abs() < 1e-7 && (back[1][0] - own[0][0]).abs() < 1e-7);
+        assert!(
+            result.notes[0].contains("1 lines as sailed"),
+            "{:?}",
+            result.notes
+        );
+    }
+
+    /// Looking only at candidates that may be better finds what looking at all of them finds.
+    #[test]
+    fn candidates_that_cannot_be_better_are_not_looked_at() {
+        let text = include_str!("../../../models/scenarios/seabed-thin.toml");
+        let text = &text.replace("max_tiles = 120", "max_tiles = 60");
+        let looked = std::sync::atomic::AtomicUsize::new(0);
+        let ask = PlanAsk {
+            keep_passes: true,
+            wanted: vec![("pitch".to_owned(), 1e-6)],
+            most: 2,
+            ..ask()
+        };
+        let found = planner(Path::new("seabed-thin.toml"), text, &ask).expect("a plan");
+        let result = found
+            .plan(&|| {
+                looked.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
+            })
+            .expect("planned");
+        assert_eq!(result.chosen.len(), 2);
+        assert!(
+            result
+                .candidates
+                .iter()
+                .all(|c| c.standard_deviation_if_next.is_some())
+        );
+        let (all, looked) = (result.candidates.len(), looked.into_inner());
+        assert!(looked > all && looked < 1 + 2 * all, "{looked} of {all}");
     }
 
     #[test]

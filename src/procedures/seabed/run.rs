@@ -7,6 +7,7 @@ use super::layout::Layout;
 use super::reference::{Reference, ReferenceConfig, ReferenceError, features, patch_test};
 use super::scene::Scene;
 use super::states::States;
+use super::tides;
 use super::verdict::{Judgement, judge};
 use crate::calibrate::choices::Method;
 use crate::results::Finding;
@@ -117,7 +118,8 @@ fn with_joint(
         .then(|| by_reference(input, &met.as_ref().map_err(Clone::clone)?.alive, &layout));
     let joint = found.map(|found| {
         let found = found?;
-        let judged = judge(&found, &layout, input.joint);
+        let mut judged = judge(&found, &layout, input.joint);
+        judged.notes.extend(tides::doubted(scene, &found));
         Ok((found, judged))
     });
     SeabedOutcome {

@@ -6,7 +6,7 @@ use super::parameters::{self, Kind, Parameter};
 use crate::calibrate::cloud::Beam;
 use crate::georef::Layers;
 use crate::math;
-use crate::observe::{ArrayMountings, Mounting, SoundSpeedProfile, Trajectory};
+use crate::observe::{ArrayMountings, Mounting, SoundSpeedProfile, TideCurve, Trajectory};
 
 /// A-priori noise and drift of the INS, metres, radians, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,10 +138,8 @@ pub struct Line {
     pub end_s: f64,
     /// Which cast of the water is its own.
     pub cast: usize,
-    /// Height of the water over its level, metres.
+    /// Height of the water over its level, metres; nothing where the survey has a curve of it.
     pub tide_m: f64,
-    /// What the trajectory's heights lack on this line, metres: the tide, where they are heights above the water.
-    pub lift_m: f64,
     /// Standard deviation of the line's height, metres.
     pub height_sigma_m: f64,
 }
@@ -156,7 +154,6 @@ impl Line {
             end_s,
             cast: 0,
             tide_m: 0.0,
-            lift_m: 0.0,
             height_sigma_m: 0.03,
         }
     }
@@ -178,11 +175,22 @@ pub struct Priors {
 /// Depth below the transducer at which the error of the profile is stated, metres; it grows linearly from the transducer.
 pub const REFERENCE_DEPTH_M: f64 = 20.0;
 
-/// The water: its level in the local frame and the sound-speed profiles.
+/// The tide of a survey.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tide {
+    /// Height of the water over its level at every moment; without it each line has one height.
+    pub curve: Option<TideCurve>,
+    /// Whether the trajectory's heights are above the water, so that they lack the tide.
+    pub lifts: bool,
+}
+
+/// The water: its level in the local frame, the tide and the sound-speed profiles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Water {
     /// Height of the surface, metres.
     pub level_m: f64,
+    /// Height over that level.
+    pub tide: Tide,
     /// Casts, at least one: depths below the surface and the sound speed at each.
     pub casts: Vec<SoundSpeedProfile>,
     /// Depth of the transducer, metres, where the profile's error is zero.
@@ -270,6 +278,23 @@ impl Scene {
             Kind::ArmForward => of_arm(1),
             Kind::ArmUp => of_arm(2),
             Kind::DeepSoundSpeed => p.deep_sound_speed,
+        }
+    }
+
+    /// Height of the water over its level on a line at a time, metres.
+    #[must_use]
+    pub fn tide_m(&self, line: usize, time_s: f64) -> f64 {
+        let of_line = || self.lines[line].tide_m;
+        let curve = self.water.tide.curve.as_ref();
+        curve.map_or_else(of_line, |curve| curve.at(time_s))
+    }
+
+    /// What the trajectory's heights lack on a line at a time, metres: the tide, where they are heights above the water.
+    #[must_use]
+    pub fn lift_m(&self, line: usize, time_s: f64) -> f64 {
+        match self.water.tide.lifts {
+            true => self.tide_m(line, time_s),
+            false => 0.0,
         }
     }
 
@@ -398,6 +423,7 @@ mod tests {
             &write::survey_file(&scenario, &survey),
             &write::trajectory(&scenario, &survey),
             &[write::profile(&scenario, &survey)],
+            write::tide(&scenario, &survey, 0.0),
             &write::soundings(&scenario, &survey.shots),
         );
         let mut draws = crate::stats::stream(7, 7);

@@ -260,6 +260,7 @@ impl Tried for SeabedTrials {
             &file,
             &trajectory,
             &[write::profile(&self.scenario, &survey)],
+            write::tide(&self.scenario, &survey, 0.0),
             &records,
         );
         let several = scene.heads.len() > 1;

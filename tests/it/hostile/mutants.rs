@@ -181,6 +181,9 @@ fn samples(format: &Format) -> Vec<Vec<u8>> {
         "sound-speed CSV" => vec![typed("depth_m,sound_speed_m_s", |k| {
             format!("{k},{}", 1480.0 + 0.1 * k)
         })],
+        "tide CSV" => vec![typed("time_s,height_m", |k| {
+            format!("{},{}", 1000.0 + 600.0 * k, 1.5 - 0.02 * k)
+        })],
         "attitude CSV" => vec![fixture("tests/data/rail/attitude.csv")],
         "acoustic fixes CSV" => vec![simulated("usbl", "fixes.csv")],
         "control points CSV" => vec![simulated("usbl", "control.csv")],

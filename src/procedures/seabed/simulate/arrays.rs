@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::super::scene::Line;
 use super::super::survey::{SeabedScenario, TwoArrays};
 use super::bed::Seabed;
-use super::{Boat, OfHead, Shot, normal, spoil, strike};
+use super::{Beams, Boat, OfHead, Shot, normal, spoil, strike};
 use crate::math;
 use crate::observe::ArrayMountings;
 use crate::stats::stream;
@@ -22,12 +22,11 @@ struct Sent<'a> {
 /// All soundings of a head.
 pub(super) fn shots(
     scenario: &SeabedScenario,
-    boat: &Boat<'_>,
-    lines: &[Line],
+    (boat, lines): (&Boat<'_>, &[Line]),
     (two, arrays, of_head): (&TwoArrays, &ArrayMountings, &OfHead),
+    beams: &mut Beams<'_>,
     seed: u64,
 ) -> Vec<Shot> {
-    let bed = Seabed::of(scenario, seed);
     let m = &scenario.multibeam;
     let mut draws = stream(seed, of_head.draws);
     let sectors = two.sectors();
@@ -49,7 +48,8 @@ pub(super) fn shots(
                     tilt_rad,
                     across_rad: (2.0 * part - 1.0) * m.half_swath_deg.to_radians(),
                 };
-                let Some((angle_rad, length_m)) = heard(scenario, boat, &bed, arrays, &sent) else {
+                let way = |bed: &Seabed| heard(scenario, boat, bed, arrays, &sent);
+                let Some((angle_rad, length_m)) = beams.next(way) else {
                     continue;
                 };
                 let outward = sent.across_rad.abs() / 60f64.to_radians();
@@ -141,6 +141,7 @@ arrays = { receiver_mounting_deg = { roll = 1.5, pitch = -0.4, heading = 0.6 }, 
             &file,
             &write::trajectory(&scenario, &survey),
             &[write::profile(&scenario, &survey)],
+            write::tide(&scenario, &survey, 0.0),
             &write::soundings(&scenario, &survey.shots),
         );
         let states = States::new(&scene.lines, &scene.ins, &scene.drift);

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::scene::Line;
 use super::survey::SeabedScenario;
-use super::survey::scenario::FurtherHead;
+use super::survey::scenario::{Course, FurtherHead, START_S};
 use crate::geometry::rotation;
 use crate::math;
 use crate::observe::ArrayMountings;
@@ -109,8 +109,6 @@ pub struct Simulated {
     pub truth: SeabedTruth,
 }
 
-/// When the first line begins, seconds.
-const START_S: f64 = 1000.0;
 /// Between two lines, seconds.
 const TURN_S: f64 = 60.0;
 /// The trajectory reaches this far beyond a line, seconds.
@@ -190,9 +188,78 @@ impl Acts {
     }
 }
 
+/// Where a beam struck: the angle against the receive array and the way, one way or there and back; `None` where it struck nothing.
+type Way = Option<(f64, f64)>;
+
+/// The seabed under a survey, with the beams that were cast on it before.
+pub struct Ground {
+    bed: Seabed,
+    /// Of each head, in the order in which its beams are cast.
+    cast: Vec<Vec<Way>>,
+}
+
+impl Ground {
+    /// Of a scenario under a seed, under these lines too.
+    #[must_use]
+    pub fn under(scenario: &SeabedScenario, further: &[Course], seed: u64) -> Self {
+        let lines = scenario.line.iter().chain(further).cloned().collect();
+        let wide = SeabedScenario {
+            line: lines,
+            ..scenario.clone()
+        };
+        Self {
+            bed: Seabed::of(&wide, seed),
+            cast: vec![],
+        }
+    }
+
+    /// The beams of a scenario, cast once for all scenarios whose first lines are its own.
+    pub fn remember(&mut self, scenario: &SeabedScenario, seed: u64, acts: Acts) {
+        self.cast = cast(self, scenario, seed, acts, true).1;
+    }
+}
+
+/// Beams one after the other: those that were cast before are not cast again.
+struct Beams<'g> {
+    bed: &'g Seabed,
+    before: std::slice::Iter<'g, Way>,
+    /// All of them, where they are to be remembered.
+    all: Option<Vec<Way>>,
+}
+
+impl Beams<'_> {
+    fn next(&mut self, cast: impl FnOnce(&Seabed) -> Way) -> Way {
+        let way = match self.before.next() {
+            Some(way) => *way,
+            None => cast(self.bed),
+        };
+        if let Some(all) = &mut self.all {
+            all.push(way);
+        }
+        way
+    }
+}
+
 /// Simulates a scenario under a seed.
 #[must_use]
 pub fn simulate(scenario: &SeabedScenario, seed: u64, acts: Acts) -> Simulated {
+    simulate_on(&Ground::under(scenario, &[], seed), scenario, seed, acts)
+}
+
+/// As [`simulate`], on a seabed that is there already.
+#[must_use]
+pub fn simulate_on(ground: &Ground, scenario: &SeabedScenario, seed: u64, acts: Acts) -> Simulated {
+    cast(ground, scenario, seed, acts, false).0
+}
+
+/// A survey, and its beams where they are to be remembered.
+fn cast(
+    ground: &Ground,
+    scenario: &SeabedScenario,
+    seed: u64,
+    acts: Acts,
+    remember: bool,
+) -> (Simulated, Vec<Vec<Way>>) {
     let scenario = &acts.applied(scenario);
     let boat = Boat::new(scenario, seed);
     let lines = boat.lines();
@@ -218,11 +285,12 @@ pub fn simulate(scenario: &SeabedScenario, seed: u64, acts: Acts) -> Simulated {
         rotation_matrix,
         lever_arm_m,
     } = truth(0);
-    Simulated {
+    let (shots, beams) = of_all_heads(scenario, (&boat, &lines), &turns, (ground, remember), seed);
+    let survey = Simulated {
         lever_arms_m: heads.iter().map(&mut said).collect(),
         profile_error: scenario.errors.profile,
         records: records(scenario, &boat, &lines, seed),
-        shots: of_all_heads(scenario, &boat, &lines, &turns, seed),
+        shots,
         truth: SeabedTruth {
             rotation_matrix,
             lever_arm_m,
@@ -231,7 +299,8 @@ pub fn simulate(scenario: &SeabedScenario, seed: u64, acts: Acts) -> Simulated {
             further_heads: (1..heads.len()).map(truth).collect(),
         },
         lines,
-    }
+    };
+    (survey, beams)
 }
 
 /// By how much a head is really turned from its nominal mounting.
@@ -274,14 +343,22 @@ impl OfHead {
 /// The soundings of all heads, which ping together, in order of their stamps.
 fn of_all_heads(
     scenario: &SeabedScenario,
-    boat: &Boat<'_>,
-    lines: &[Line],
+    (boat, lines): (&Boat<'_>, &[Line]),
     turns: &[Matrix3<f64>],
+    (ground, remember): (&Ground, bool),
     seed: u64,
-) -> Vec<Shot> {
-    let mut all = vec![];
+) -> (Vec<Shot>, Vec<Vec<Way>>) {
+    let (mut all, mut cast) = (vec![], vec![]);
     for (number, (head, turn)) in scenario.heads().iter().zip(turns).enumerate() {
         let of_head = OfHead::new(number, head, scenario);
+        let mut beams = Beams {
+            bed: &ground.bed,
+            before: ground
+                .cast
+                .get(number)
+                .map_or([].iter(), |ways| ways.iter()),
+            all: remember.then(Vec::new),
+        };
         all.extend(match scenario.two_arrays() {
             Some(two) => {
                 let arrays = head.arrays(head.lever_arm_m);
@@ -289,18 +366,31 @@ fn of_all_heads(
                     transmitter: arrays.transmitter.turned(turn),
                     receiver: arrays.receiver.turned(turn),
                 };
-                arrays::shots(scenario, boat, lines, (&two, &arrays, &of_head), seed)
+                arrays::shots(
+                    scenario,
+                    (boat, lines),
+                    (&two, &arrays, &of_head),
+                    &mut beams,
+                    seed,
+                )
             }
             None => {
                 let mounting = turn * nominal(scenario, head);
-                shots(scenario, boat, lines, (&mounting, &of_head), seed)
+                shots(
+                    scenario,
+                    (boat, lines),
+                    (&mounting, &of_head),
+                    &mut beams,
+                    seed,
+                )
             }
         });
+        cast.extend(beams.all);
     }
     if turns.len() > 1 {
         all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
     }
-    all
+    (all, cast)
 }
 
 /// Waves in one degree of freedom.
@@ -362,7 +452,6 @@ impl<'a> Boat<'a> {
                 end_s: start_s + way.norm() / course.speed_m_s,
                 cast: 0,
                 tide_m: 0.0,
-                lift_m: 0.0,
                 height_sigma_m: self.scenario.site.line_height_sigma_m,
             };
             start_s = line.end_s + TURN_S;
@@ -385,7 +474,8 @@ impl<'a> Boat<'a> {
         let way = Vector2::from(course.to_m) - from;
         let at = from + way * ((time_s - line.start_s) / (line.end_s - line.start_s));
         let heading = math::atan2(way.x, way.y) + self.yaw.at(time_s);
-        let height = self.scenario.site.water_level_m + self.heave.at(time_s);
+        let level = self.scenario.site.water_level_m + self.scenario.tide_m(time_s);
+        let height = level + self.heave.at(time_s);
         let rotation =
             rotation::from_attitude(self.roll.at(time_s), self.pitch.at(time_s), heading);
         (Vector3::new(at.x, at.y, height), rotation)
@@ -477,12 +567,11 @@ impl Seabed {
 /// All soundings of a head.
 fn shots(
     scenario: &SeabedScenario,
-    boat: &Boat<'_>,
-    lines: &[Line],
+    (boat, lines): (&Boat<'_>, &[Line]),
     (mounting, of_head): (&Matrix3<f64>, &OfHead),
+    beams: &mut Beams<'_>,
     seed: u64,
 ) -> Vec<Shot> {
-    let bed = Seabed::of(scenario, seed);
     let m = &scenario.multibeam;
     let mut draws = stream(seed, of_head.draws);
     let (mut all, mut ping) = (vec![], 0);
@@ -498,7 +587,8 @@ fn shots(
                 let part = f64::from(beam) / f64::from((m.beams - 1).max(1));
                 let across = (2.0 * part - 1.0) * m.half_swath_deg.to_radians();
                 let direction = sensor * Vector3::new(math::sin(across), 0.0, -math::cos(across));
-                let Some(range_m) = strike(&bed, &transducer, &direction) else {
+                let way = |bed: &Seabed| Some((across, strike(bed, &transducer, &direction)?));
+                let Some((_, range_m)) = beams.next(way) else {
                     continue;
                 };
                 let outward = across.abs() / 60f64.to_radians();

@@ -47,6 +47,7 @@ pub fn write(
             export.recording(number).write(export.format, out)
         })?;
     }
+    write::write_tide(folder, scenario, survey, EPOCH_S)?;
     let path = folder.join("survey.toml");
     let text = survey_text(scenario, survey, &names)
         .map_err(|error| FormatError::unwritable(&path, &error))?;
@@ -62,6 +63,7 @@ fn survey_text(
     let mut root = toml::Table::try_from(write::survey_file(scenario, survey))?;
     root.remove("line");
     root.remove("head");
+    let heave = scenario.trajectory.heights == "heave";
     let without: [(&str, &[&str]); 4] = [
         ("site", &["origin", "water_level_m"]),
         ("trajectory", &["path", "lever_arm_m", "heights"]),
@@ -81,7 +83,8 @@ fn survey_text(
     for (section, keys) in without {
         let table = root.get_mut(section).and_then(toml::Value::as_table_mut);
         if let Some(table) = table {
-            table.retain(|key, _| !keys.iter().any(|k| **k == *key));
+            let kept = |key: &str| heave && key == "heights";
+            table.retain(|key, _| kept(key) || !keys.iter().any(|k| **k == *key));
             if section == "multibeam" {
                 table.insert("paths".to_owned(), names.to_vec().into());
             }
@@ -115,6 +118,7 @@ impl<'a> Export<'a> {
             &file,
             &trajectory,
             std::slice::from_ref(&profile),
+            write::tide(scenario, survey, 0.0),
             &observed,
         );
         let pose = TargetPose {
@@ -158,7 +162,8 @@ impl<'a> Export<'a> {
         let geodetic = self.scenario.site.ellipsoid.to_geodetic(&ecef);
         let level = ecef_from_level(&geodetic).matrix;
         let turned = self.frame.rotation.matrix * record.rotation * self.sensor.rotation;
-        let heave_m = record.position_m.z - self.scenario.site.water_level_m;
+        let level_m = self.scenario.site.water_level_m + self.scenario.tide_m(record.time_s);
+        let heave_m = record.position_m.z - level_m;
         let time_s = EPOCH_S + record.time_s;
         recording::motion(time_s, &level.tr_mul(&turned), &geodetic, heave_m)
     }
@@ -233,11 +238,13 @@ impl<'a> Export<'a> {
         time_s: f64,
         points: &[Option<Vector3<f64>>],
     ) -> Option<Solution> {
-        let pose = self.scene.trajectory.pose_at(time_s).ok()?;
+        let mut pose = self.scene.trajectory.pose_at(time_s).ok()?;
+        let line = self.scene.lines.iter().position(|l| time_s <= l.end_s)?;
+        pose.position_m.z += self.scene.lift_m(line, time_s);
         let sounder = Sounder {
             pose: &pose,
             arrays,
-            level_m: self.scene.water.level_m,
+            level_m: self.scene.water.level_m + self.scene.tide_m(line, time_s),
         };
         let points_m = points.iter().copied();
         Some(self.format.solution(ping, &sounder, points_m))

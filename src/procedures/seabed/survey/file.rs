@@ -8,7 +8,7 @@ use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
 use crate::observe::ArrayMountings;
 use crate::survey::limits::{
-    ABOVE, DURATION, ELLIPSOID, HEAD, INVALID, LEAP_S, Limits, TIMES, WEEK, limits,
+    ABOVE, DURATION, ELLIPSOID, HEAD, INVALID, LEAP_S, Limits, OFFSET_S, TIMES, WEEK, limits,
 };
 use crate::survey::schema::Kind;
 use crate::survey::section::section;
@@ -47,6 +47,9 @@ section! {
         reference: ReferenceConfig = or (ReferenceConfig::default()), Kind::Table(ReferenceConfig::KEYS);
         /// Limits of the verdict, and findings that the surveyor accepts.
         verdict: VerdictConfig = or (VerdictConfig::default()), Kind::Table(VerdictConfig::KEYS);
+        /// The tide over time, instead of `[[line]] tide_m`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        tide: Option<TideSection> = or (None), Kind::Table(TideSection::KEYS);
         /// A cast of the water, instead of `[sound_speed] profile`; as many as were taken.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         cast: Vec<CastSection> = or (vec![]), Kind::Tables(CastSection::KEYS);
@@ -130,6 +133,19 @@ section! {
         profile_sigma: f64 = or (0.0), Kind::Number(limits(0.0, 0.1, "a number from 0 to 0.1"));
         /// Sound speed of a line between two casts, at the line's middle: of the cast nearest in time, or interpolated between the two.
         between: String = or ("interpolated".to_owned()), Kind::OneOf(&["interpolated", "nearest"]);
+    }
+}
+
+section! {
+    /// `[tide]`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct TideSection {
+        /// Path of the curve: a CSV of `time_s` (seconds on the trajectory's clock, UTC beside recorder files, or ISO 8601) and `height_m` over
+        /// `[site] water_level_m`, linear between rows at most an hour apart. Heights from the heave are lifted by it moment by moment; of heights
+        /// above the ellipsoid only the depth of the transducer in the profile follows it.
+        path: String = required, Kind::Text;
+        /// Added to its times, seconds: where its clock is another, or local time.
+        time_offset_s: f64 = or (0.0), Kind::Number(OFFSET_S);
     }
 }
 
@@ -342,14 +358,12 @@ impl SeabedSurveyFile {
     /// The lines.
     #[must_use]
     pub fn lines(&self) -> Vec<Line> {
-        let above_water = self.trajectory.heights == "heave";
         let one = |l: &LineSection| Line {
             name: l.name.clone(),
             start_s: l.start_s,
             end_s: l.end_s,
             cast: 0,
             tide_m: l.tide_m,
-            lift_m: if above_water { l.tide_m } else { 0.0 },
             height_sigma_m: l.datum_sigma_m.unwrap_or(self.site.line_height_sigma_m),
         };
         self.line.iter().map(one).collect()

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::file::SeabedSurveyFile;
+use super::tide;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::missing_files;
@@ -81,6 +82,7 @@ pub(super) fn draft(
         ["trajectory", "path"],
         ["trajectory", "accuracies"],
         ["sound_speed", "profile"],
+        tide::PATH,
     ];
     problems.extend(missing_files(&document, folder, &files));
     problems.extend(missing_recorders(&document, folder, names));

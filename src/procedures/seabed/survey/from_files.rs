@@ -88,7 +88,7 @@ fn rest(found: &FromRecorders) -> String {
     let origin = &found.file.site.origin;
     let casts = found.casts.len();
     let mut text = format!(
-        "\n#[site]\n#origin = {{ latitude_deg = {}, longitude_deg = {}, height_m = {} }}\n#water_level_m = {}\n\n#[sound_speed]\n#profile = \"svp.csv\"   # instead of the {casts} in the files\n\n# On reading:\n",
+        "\n#[site]\n#origin = {{ latitude_deg = {}, longitude_deg = {}, height_m = {} }}\n#water_level_m = {}\n\n#[sound_speed]\n#profile = \"svp.csv\"   # instead of the {casts} in the files\n\n#[tide]\n#path = \"tide.csv\"   # time_s (UTC, or dates) and height_m over water_level_m\n\n# On reading:\n",
         origin.latitude_deg, origin.longitude_deg, origin.height_m, found.file.site.water_level_m
     );
     for note in &found.notes {

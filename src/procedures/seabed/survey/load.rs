@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
-use super::super::scene::{DriftSigmas, Line, Scene, Sounding, Water, wave_heave_m};
+use super::super::scene::{DriftSigmas, Line, Scene, Sounding, Tide, Water, wave_heave_m};
 use super::casts;
 use super::file::SeabedSurveyFile;
 use super::heads;
-use super::recorded;
+use super::{recorded, tide};
 use crate::calibrate::cloud::Beam;
 use crate::formats::{
     SoundingRecords, TrajectoryRecords, read_soundings, read_trajectory, sound_speed_csv,
@@ -16,7 +16,7 @@ use crate::formats::{
 use crate::geometry::ellipsoid::TargetPose;
 use crate::georef::local_trajectory;
 use crate::observe::{
-    GeodeticTrajectory, Outside, SoundSpeedProfile, SoundingRange, TrajectoryNoise,
+    GeodeticTrajectory, Outside, SoundSpeedProfile, SoundingRange, TideCurve, TrajectoryNoise,
 };
 use crate::recorders::navigation::at_reference;
 use crate::results::InputFile;
@@ -48,11 +48,7 @@ pub struct LoadedSeabed {
 const PROFILE: [&str; 2] = ["sound_speed", "profile"];
 
 /// Keys that name a file.
-const FILES: &[[&str; 2]] = &[
-    ["trajectory", "path"],
-    ["sound_speed", "profile"],
-    ["multibeam", "path"],
-];
+const FILES: &[[&str; 2]] = &[["trajectory", "path"], PROFILE, ["multibeam", "path"]];
 
 /// Keys that say something of recorder files only.
 const OF_RECORDERS: &[[&str; 2]] = &[
@@ -88,7 +84,9 @@ fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, Su
     let water = keep(&mut problems, waters(&file, folder));
     let observed = read_soundings(&soundings, file.multibeam.invalid).map_err(SurveyError::from);
     let observed = keep(&mut problems, observed);
-    let (Some(mut records), Some(water), Some(mut observed)) = (records, water, observed) else {
+    let tide = keep(&mut problems, tide::read(&file, folder));
+    let read = (records, water, observed, tide);
+    let (Some(mut records), Some(water), Some(mut observed), Some(tide)) = read else {
         return Err(SurveyError { problems });
     };
     let mut notes = std::mem::take(&mut records.notes);
@@ -98,6 +96,7 @@ fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, Su
     let named: Vec<String> = std::iter::once(one(&file.trajectory.path))
         .chain(file.sound_speed.profile.clone())
         .chain(casts)
+        .chain(file.tide.as_ref().map(|tide| tide.path.clone()))
         .chain([one(&file.multibeam.path)])
         .collect();
     let inputs = digests(
@@ -110,9 +109,10 @@ fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, Su
     let records = at_reference(records, &arm_m, file.site.ellipsoid);
     let (profiles, said) = water;
     notes.extend(said);
-    let mut scene = scene(&file, records, &profiles, &observed);
+    let mut scene = scene(&file, records, &profiles, tide, &observed);
     one_each(&mut scene, &profiles);
     none_of(clock_problems(&scene, &observed, &soundings))?;
+    notes.extend(tide::noted(&file, folder, &scene)?);
     notes.extend(uncovered(&scene));
     Ok(LoadedSeabed {
         file,
@@ -192,7 +192,14 @@ fn of_recorders(
     } else {
         from.casts.iter().map(|cast| cast.1.clone()).collect()
     };
-    let mut scene = scene(&from.file, from.trajectory, &profiles, &from.soundings);
+    let tide = from.tide.take();
+    let mut scene = scene(
+        &from.file,
+        from.trajectory,
+        &profiles,
+        tide,
+        &from.soundings,
+    );
     scene.drift = from.drift;
     if by_name {
         one_each(&mut scene, &profiles);
@@ -201,6 +208,7 @@ fn of_recorders(
     }
     let first = from.paths.first().cloned().unwrap_or_default();
     none_of(clock_problems(&scene, &from.soundings, &first))?;
+    from.notes.extend(tide::noted(&from.file, folder, &scene)?);
     from.notes.extend(uncovered(&scene));
     Ok(LoadedSeabed {
         read: from.soundings.time_s.len(),
@@ -245,7 +253,8 @@ pub fn parse_survey(
 ) -> Result<SeabedSurveyFile, SurveyError> {
     let document = Document::parse(path, text).map_err(|problems| SurveyError { problems })?;
     let mut problems = schema::check(&document, SeabedSurveyFile::KEYS);
-    let missing = folder.map(|folder| missing_files(&document, folder, FILES));
+    let missing =
+        folder.map(|folder| missing_files(&document, folder, &[FILES, &[tide::PATH]].concat()));
     problems.extend(missing.into_iter().flatten());
     let by_casts = |key: &[&str; 2]| *key == PROFILE && document.get(&["cast"]).is_some();
     if document.get(&PROFILE).is_some() && by_casts(&PROFILE) {
@@ -279,9 +288,9 @@ pub fn parse_survey(
     Ok(file)
 }
 
-/// Lines that end before they begin, or overlap in time.
+/// Lines that end before they begin, overlap in time, or have a tide of their own beside a curve.
 fn line_problems(document: &Document<'_>, file: &SeabedSurveyFile) -> Vec<Problem> {
-    let mut problems = vec![];
+    let mut problems: Vec<Problem> = tide::twice(file, document).into_iter().collect();
     for (k, line) in file.line.iter().enumerate() {
         if !(line.end_s > line.start_s) {
             let found = format!(
@@ -342,6 +351,7 @@ fn scene(
     file: &SeabedSurveyFile,
     records: TrajectoryRecords,
     casts: &[SoundSpeedProfile],
+    tide: Option<TideCurve>,
     observed: &SoundingRecords,
 ) -> Scene {
     let ins = file.ins();
@@ -355,7 +365,7 @@ fn scene(
     };
     let gap_s = file.trajectory.max_gap_s;
     let geodetic = records.into_trajectory(file.site.ellipsoid, noise, gap_s, Outside::Drop);
-    scene_of(file, &geodetic, casts, observed)
+    scene_of(file, &geodetic, casts, tide, observed)
 }
 
 /// The survey in memory from its observations.
@@ -364,6 +374,7 @@ pub fn scene_of(
     file: &SeabedSurveyFile,
     geodetic: &GeodeticTrajectory,
     casts: &[SoundSpeedProfile],
+    tide: Option<TideCurve>,
     observed: &SoundingRecords,
 ) -> Scene {
     let gap_s = file.trajectory.max_gap_s;
@@ -375,12 +386,15 @@ pub fn scene_of(
     let trajectory = local_trajectory(geodetic, &pose).trajectory;
     let lines = file.lines();
     let soundings = soundings((&lines, &file.head_numbers()), observed, casts);
-    let level_m = file.site.water_level_m;
+    let tide = Tide {
+        curve: tide,
+        lifts: file.trajectory.heights == "heave",
+    };
     let mut scene = Scene {
         heave_m: wave_heave_m(&trajectory, gap_s),
         ins: file.ins(),
         drift: DriftSigmas::default(),
-        water: water(level_m, casts, &soundings),
+        water: water((file.site.water_level_m, tide), casts, &soundings),
         lines,
         soundings,
         sonar: file.sonar(),
@@ -439,11 +453,16 @@ fn soundings(
 }
 
 /// The casts, made to reach below the deepest sounding so that their error grows all the way down.
-fn water(level_m: f64, casts: &[SoundSpeedProfile], soundings: &[Sounding]) -> Water {
+fn water(
+    (level_m, tide): (f64, Tide),
+    casts: &[SoundSpeedProfile],
+    soundings: &[Sounding],
+) -> Water {
     let longest_s = soundings.iter().map(|s| s.one_way_s).fold(0.0, f64::max);
     let reach_m = 2000.0 * longest_s + 100.0;
     Water {
         level_m,
+        tide,
         casts: casts.iter().map(|cast| reaching(cast, reach_m)).collect(),
         transducer_m: 0.0,
     }
@@ -466,14 +485,21 @@ fn reaching(cast: &SoundSpeedProfile, reach_m: f64) -> SoundSpeedProfile {
     SoundSpeedProfile { depth_m, speed_m_s }
 }
 
-/// Median depth of the transducer over the soundings, metres.
+/// Median depth of the transducer over the soundings, metres, 0 above the water.
 fn transducer_depth_m(scene: &Scene) -> f64 {
+    median_depth_m(scene).unwrap_or(0.0).max(0.0)
+}
+
+/// Median depth of the transducer over the soundings, metres, negative above the water.
+pub(super) fn median_depth_m(scene: &Scene) -> Option<f64> {
     let step = scene.soundings.len().div_ceil(2000).max(1);
     let depth = |s: &Sounding| {
         let pose = scene.trajectory.pose_at(s.time_s).ok()?;
+        let line = usize::from(s.line);
+        let level_m = scene.water.level_m + scene.tide_m(line, s.time_s);
         let nominal = &scene.heads[usize::from(s.head)].nominal;
         let transducer = pose.position_m + pose.rotation * nominal.lever_arm_m;
-        Some(scene.water.level_m - transducer.z)
+        Some(level_m - transducer.z - scene.lift_m(line, s.time_s))
     };
     let mut depths: Vec<f64> = scene
         .soundings
@@ -481,5 +507,5 @@ fn transducer_depth_m(scene: &Scene) -> f64 {
         .step_by(step)
         .filter_map(depth)
         .collect();
-    median(&mut depths).unwrap_or(0.0).max(0.0)
+    median(&mut depths)
 }

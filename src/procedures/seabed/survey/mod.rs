@@ -10,6 +10,7 @@ mod heads;
 pub mod load;
 mod recorded;
 pub mod scenario;
+mod tide;
 pub mod write;
 
 pub use file::SeabedSurveyFile;

@@ -6,10 +6,10 @@ use super::super::scene::DriftSigmas;
 use super::external::{self, External};
 use super::file::{LineSection, SeabedSurveyFile};
 use super::filled::{self, Given};
-use super::heads;
+use super::{heads, tide};
 use crate::formats::recorder::{Installation, Profile, utc};
 use crate::formats::{SoundingRecords, TrajectoryRecords, sound_speed_csv};
-use crate::observe::SoundSpeedProfile;
+use crate::observe::{SoundSpeedProfile, TideCurve};
 use crate::recorders::observed::ObservedFile;
 use crate::recorders::{Heights, Navigation, Observed};
 use crate::stats::Moments;
@@ -31,6 +31,8 @@ pub(super) struct FromRecorders {
     pub(super) drift: DriftSigmas,
     /// Casts in order of time, with it; without a time where the survey file names the profile.
     pub(super) casts: Vec<(Option<f64>, SoundSpeedProfile)>,
+    /// The tide over time, where the survey file names one.
+    pub(super) tide: Option<TideCurve>,
     /// What was done and what to look at, in words.
     pub(super) notes: Vec<String>,
     /// The recorder files, in their order.
@@ -81,11 +83,13 @@ pub(super) fn load(
     named.extend(file.trajectory.accuracies.clone());
     named.extend(file.sound_speed.profile.clone());
     named.extend(file.cast.iter().map(|cast| cast.path.clone()));
+    named.extend(file.tide.as_ref().map(|tide| tide.path.clone()));
+    let tide = tide::read(&file, folder)?;
     level(
         &mut file,
         &given,
         installation.as_ref(),
-        &navigation.records,
+        (&navigation.records, tide.as_ref()),
         &mut notes,
     );
     filled::note_defaults(&given, &mut notes);
@@ -99,6 +103,7 @@ pub(super) fn load(
         trajectory: navigation.records,
         drift: drift.unwrap_or_default(),
         casts,
+        tide,
         notes,
         paths,
         named,
@@ -243,19 +248,28 @@ pub(super) fn cast_of(casts: &[(Option<f64>, SoundSpeedProfile)], start_s: f64) 
     casts.iter().filter(before).count().saturating_sub(1)
 }
 
-/// Origin and water level where the survey file does not give them: the mean water line over the lines is height zero.
+/// Origin and water level where the survey file does not give them: the mean water line over the lines, less the tide, is height zero.
 fn level(
     file: &mut SeabedSurveyFile,
     given: &Given,
     installation: Option<&Installation>,
-    records: &TrajectoryRecords,
+    (records, tide): (&TrajectoryRecords, Option<&TideCurve>),
     notes: &mut Vec<String>,
 ) {
-    let on_line = |t: f64| file.line.iter().any(|l| t >= l.start_s && t <= l.end_s);
+    // heights above the ellipsoid have the tide in them, those of the heave have not
+    let above_water = file.trajectory.heights == "heave";
+    let tide_m = |line: &LineSection, t: f64| match above_water {
+        true => 0.0,
+        false => tide.map_or(line.tide_m, |curve| curve.at(t)),
+    };
+    let on_line = |t: f64| {
+        let mut lines = file.line.iter();
+        lines.find(|l| t >= l.start_s && t <= l.end_s)
+    };
     let mut heights = Moments::new(1);
     for (time_s, height_m) in records.time_s.iter().zip(&records.height_m) {
-        if on_line(*time_s) {
-            heights.add(&[*height_m]);
+        if let Some(line) = on_line(*time_s) {
+            heights.add(&[height_m - tide_m(line, *time_s)]);
         }
     }
     let water_line_m = installation.and_then(|record| record.water_line_m);
@@ -278,8 +292,14 @@ fn level(
     if !given.level {
         file.site.water_level_m = (1e3 * (level_m - origin.height_m)).round() / 1e3;
     }
-    if file.trajectory.heights == "heave" {
-        notes.push("heights are the heave above the water level: the heights of the lines take up the tide".to_owned());
+    if above_water {
+        let tide = match tide {
+            Some(_) => "the tide lifts them, the heights of the lines take up the rest",
+            None => "the heights of the lines take up the tide",
+        };
+        notes.push(format!(
+            "heights are the heave above the water level: {tide}"
+        ));
     }
     for line in &file.line {
         let (begin, end) = (utc::written(line.start_s), utc::written(line.end_s));

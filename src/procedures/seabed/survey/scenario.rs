@@ -11,6 +11,7 @@ use super::file::{
 use crate::calibrate::verdict::VerdictConfig;
 use crate::math;
 use crate::observe::ArrayMountings;
+use crate::observe::tide::one_period_m;
 use crate::simulate::Sectors;
 use crate::survey::document::Document;
 use crate::survey::limits::{ABOVE, DURATION, Limits, SPEED, TURN, limits};
@@ -63,6 +64,9 @@ section! {
         /// A further head of a sounder that has several; the first one has the keys of `[multibeam]`.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         head: Vec<FurtherHead> = or (vec![]), Kind::Tables(FurtherHead::KEYS);
+        /// A tide, written as a curve beside the survey.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        tide: Option<SimulatedTide> = or (None), Kind::Table(SimulatedTide::KEYS);
         /// What is wrong besides noise.
         errors: Errors = or (Errors::default()), Kind::Table(Errors::KEYS);
         /// The lines.
@@ -205,6 +209,19 @@ impl SeabedScenario {
         self.multibeam.arrays.or(recorded)
     }
 
+    /// The tide's range, its period, and when high water is, where there is one.
+    #[must_use]
+    pub fn one_period(&self) -> Option<(f64, f64, f64)> {
+        let of = |t: &SimulatedTide| (t.range_m, t.period_s, START_S + t.high_water_s);
+        self.tide.as_ref().map(of)
+    }
+
+    /// Height of the water over its level at a time, metres.
+    #[must_use]
+    pub fn tide_m(&self, time_s: f64) -> f64 {
+        self.one_period().map_or(0.0, |t| one_period_m(t, time_s))
+    }
+
     /// Every head, the first one first, as a further one is described.
     #[must_use]
     pub fn heads(&self) -> Vec<FurtherHead> {
@@ -269,6 +286,21 @@ section! {
 }
 
 section! {
+    /// `[tide]`: one period, which boat and water really have; the survey gets it as a file, exact at its rows.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct SimulatedTide {
+        /// From low to high water, metres.
+        range_m: f64 = required, Kind::Number(limits(0.0, 20.0, "metres from 0 to 20"));
+        /// Its period, seconds.
+        period_s: f64 = or (44_714.0), Kind::Number(limits(3600.0, 1e6, "seconds from 3600 to 1000000"));
+        /// High water, seconds after the first line's begin.
+        high_water_s: f64 = or (0.0), Kind::Number(limits(-1e6, 1e6, "seconds from -1000000 to 1000000"));
+        /// Between two rows of the file, seconds.
+        step_s: f64 = or (600.0), Kind::Number(limits(1.0, 3600.0, "seconds from 1 to 3600"));
+    }
+}
+
+section! {
     #[settings]
     /// `[errors]`.
     #[derive(Clone, Debug, PartialEq)]
@@ -319,6 +351,8 @@ pub fn parse_scenario(file: &Path, text: &str) -> Result<SeabedScenario, SurveyE
     Ok(scenario)
 }
 
+/// When the first line begins, seconds.
+pub const START_S: f64 = 1000.0;
 /// Most soundings of a simulated survey.
 const MOST_SOUNDINGS: f64 = 2e7;
 /// Most heads beside the first.
@@ -348,6 +382,10 @@ impl SeabedScenario {
         let heads = (1 + self.head.len()) as f64;
         let of_ping = heads * f64::from(self.multibeam.beams);
         let soundings = seconds * self.multibeam.ping_rate_hz * of_ping;
+        if self.format == "csv" && self.trajectory.heights == "heave" {
+            let fault = "heights from the heave in a CSV, which holds those above the ellipsoid";
+            faults.push(fault.to_owned());
+        }
         if self.format == "all" && self.head.len() > 1 {
             faults.push(format!(
                 "{} heads in .all, which knows two",

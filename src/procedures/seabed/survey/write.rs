@@ -3,21 +3,24 @@
 use std::io::Write;
 use std::path::Path;
 
+use nalgebra::Vector3;
+
 use super::super::scene::REFERENCE_DEPTH_M;
 use super::super::simulate::{Shot, Simulated};
 use super::file::{
-    HeadSection, LineSection, MultibeamSection, SeabedSurveyFile, SoundSpeedSection,
+    HeadSection, LineSection, MultibeamSection, SeabedSurveyFile, SoundSpeedSection, TideSection,
     TrajectorySection,
 };
-use super::scenario::SeabedScenario;
+use super::scenario::{START_S, SeabedScenario};
 use crate::formats::records::ArrayColumns;
 use crate::formats::{
-    FormatError, Invalid, SoundingRecords, sound_speed_csv, soundings_csv, trajectory_csv, whole,
+    FormatError, Invalid, SoundingRecords, sound_speed_csv, soundings_csv, tide_csv,
+    trajectory_csv, whole,
 };
 use crate::geometry::ellipsoid::{Geodetic, TargetPose, ecef_from_level};
 use crate::geometry::{Point, Target, rotation};
 use crate::observe::{
-    GeodeticTrajectory, Outside, SoundSpeedProfile, SoundingRange, TrajectoryNoise,
+    GeodeticTrajectory, Outside, SoundSpeedProfile, SoundingRange, TideCurve, TrajectoryNoise,
 };
 
 /// The survey file of a scenario.
@@ -44,6 +47,10 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
             profile_sigma: scenario.profile_sigma,
             between: "interpolated".to_owned(),
         },
+        tide: scenario.tide.map(|_| TideSection {
+            path: TIDE.to_owned(),
+            time_offset_s: 0.0,
+        }),
         cast: vec![],
         multibeam: MultibeamSection {
             path: Some("multibeam.csv".to_owned()),
@@ -84,6 +91,26 @@ pub fn survey_file(scenario: &SeabedScenario, survey: &Simulated) -> SeabedSurve
     }
 }
 
+/// The tide's file.
+pub const TIDE: &str = "tide.csv";
+
+/// The tide as its file holds it, `later_s` added to its times: from some rows before the first line to some behind the last.
+#[must_use]
+pub fn tide(scenario: &SeabedScenario, survey: &Simulated, later_s: f64) -> Option<TideCurve> {
+    let (tide, step_s) = scenario.one_period().zip(scenario.tide.map(|t| t.step_s))?;
+    let lines = survey.lines.iter();
+    let end_s = lines.map(|l| l.end_s).fold(START_S, f64::max);
+    let around_s = TIDE_ROWS * step_s + TIDE_AROUND_S;
+    let span_s = [START_S - around_s, end_s + around_s];
+    let mut curve = TideCurve::of_one_period(tide, step_s, span_s);
+    curve.time_s.iter_mut().for_each(|t| *t += later_s);
+    Some(curve)
+}
+
+/// The file reaches so far beyond the lines: rows, and seconds.
+const TIDE_ROWS: f64 = 2.0;
+const TIDE_AROUND_S: f64 = 7200.0;
+
 /// The water as the survey knows it: one speed from the surface down, with an error that grows from the transducer on.
 #[must_use]
 pub fn profile(scenario: &SeabedScenario, survey: &Simulated) -> SoundSpeedProfile {
@@ -102,7 +129,7 @@ pub fn profile(scenario: &SeabedScenario, survey: &Simulated) -> SoundSpeedProfi
     }
 }
 
-/// The trajectory as a file holds it.
+/// The trajectory as a file holds it: heights above the water where the scenario has such, else above the ellipsoid.
 #[must_use]
 pub fn trajectory(scenario: &SeabedScenario, survey: &Simulated) -> GeodeticTrajectory {
     let ellipsoid = scenario.site.ellipsoid;
@@ -134,9 +161,14 @@ pub fn trajectory(scenario: &SeabedScenario, survey: &Simulated) -> GeodeticTraj
         max_gap_s: t.max_gap_s,
         outside: Outside::Drop,
     };
+    let above_water = t.heights == "heave";
     for record in &survey.records {
-        let geodetic: Geodetic =
-            ellipsoid.to_geodetic(&(frame * Point::<Target>::new(record.position_m)));
+        let lacks_m = match above_water {
+            true => scenario.tide_m(record.time_s),
+            false => 0.0,
+        };
+        let place = record.position_m - Vector3::z() * lacks_m;
+        let geodetic: Geodetic = ellipsoid.to_geodetic(&(frame * Point::<Target>::new(place)));
         let level = ecef_from_level(&geodetic).matrix;
         let body = level.tr_mul(&(frame.rotation.matrix * record.rotation));
         let (roll, pitch, heading) = rotation::to_attitude(&body);
@@ -197,11 +229,23 @@ pub fn write(
         soundings(scenario, &survey.shots),
     )?;
     sound_speed_csv::write(&folder.join("sound_speed.csv"), &profile(scenario, survey))?;
+    write_tide(folder, scenario, survey, 0.0)?;
     let path = folder.join("survey.toml");
     let text = toml::to_string(&survey_file(scenario, survey))
         .map_err(|e| FormatError::unwritable(&path, &e))?;
     whole::write_whole(&path, |out| out.write_all(text.as_bytes()))?;
     write_truth(folder, survey)
+}
+
+/// Writes the tide, where there is one.
+pub(super) fn write_tide(
+    folder: &Path,
+    scenario: &SeabedScenario,
+    survey: &Simulated,
+    later_s: f64,
+) -> Result<(), FormatError> {
+    let curve = tide(scenario, survey, later_s);
+    curve.map_or(Ok(()), |curve| tide_csv::write(&folder.join(TIDE), &curve))
 }
 
 fn write_truth(folder: &Path, survey: &Simulated) -> Result<(), FormatError> {

@@ -1,0 +1,380 @@
+//! A survey that was sailed in a scenario's words, so that the next line can be planned on it.
+//!
+//! Lines are those that were sailed, straight from their begin to their end; depth, slope and relief are read from the soundings, the boat's
+//! motion and the rates of sounder and INS from the records. What comes of it is a prediction, not the survey's own information.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::field::Field;
+use super::joint::{JointError, relief};
+use super::scene::Scene;
+use super::survey::scenario::{Bed, Course, Errors, FurtherHead, Motion, Multibeam, Turn};
+use super::survey::{LoadedSeabed, SeabedScenario, TwoArrays};
+use crate::geometry::ellipsoid::TargetPose;
+use crate::geometry::frames::{Ecef, Point, Pose, Target};
+use crate::geometry::rotation;
+use crate::math;
+use crate::stats::{Moments, median};
+use crate::survey::sections::Origin;
+
+/// Why a survey has no plan.
+#[derive(Debug, thiserror::Error)]
+pub enum NoPlan {
+    /// No relief can be read from it.
+    #[error(transparent)]
+    Joint(#[from] JointError),
+    /// Soundings or poses are missing where they are needed.
+    #[error("no line has soundings on the seabed with a position")]
+    Nothing,
+    /// A depth that no plan is made for.
+    #[error("the seabed lies {0:.1} m below the water, expected 0.5 to 1000 m")]
+    Depth(f64),
+}
+
+/// Soundings that a foreseen survey has at most: its tiles draw a part of them, so that more tell nothing more.
+const MOST_SOUNDINGS: f64 = 300_000.0;
+/// Fewest beams that they are thinned to.
+const FEWEST_BEAMS: f64 = 32.0;
+/// Of the beams' angles, the share within the half swath: stray angles are not the swath.
+const SWATH_SHARE: f64 = 0.995;
+/// Speeds nearer than this share are one.
+const ONE_SPEED: f64 = 0.2;
+
+/// The survey as a scenario, and what was read, in words.
+///
+/// # Errors
+/// [`NoPlan`].
+pub fn as_scenario(survey: &LoadedSeabed) -> Result<(SeabedScenario, Vec<String>), NoPlan> {
+    let (file, scene) = (&survey.file, &survey.scene);
+    let seen = relief(scene, &file.joint(1))?;
+    let plane = Plane::of(&seen.points_m).ok_or(NoPlan::Nothing)?;
+    let depth_m = file.site.water_level_m - plane.height_m;
+    if !(0.5..=1000.0).contains(&depth_m) {
+        return Err(NoPlan::Depth(depth_m));
+    }
+    let frame = Moved::to(survey, &plane);
+    let bed = plane.bed(depth_m, &seen.field);
+    let sailed: Vec<Sailed> = (0..scene.lines.len())
+        .filter_map(|k| Sailed::of(scene, k))
+        .collect();
+    let line: Vec<Course> = sailed.iter().map(|s| frame.course(s)).collect();
+    if line.is_empty() {
+        return Err(NoPlan::Nothing);
+    }
+    let duration_s: f64 = sailed.iter().map(|s| s.to_s - s.from_s).sum();
+    let mut site = file.site.clone();
+    site.origin = frame.origin;
+    // the frame's height zero is the water
+    site.water_level_m = 0.0;
+    let mut trajectory = file.trajectory.clone();
+    trajectory.path = Some("trajectory.csv".to_owned());
+    (trajectory.accuracies, trajectory.time, trajectory.week) = (None, None, None);
+    (trajectory.leap_seconds, trajectory.heights) = (None, "ellipsoid".to_owned());
+    trajectory.lever_arm_m = [0.0; 3];
+    let mut scenario = SeabedScenario {
+        name: file.name.clone(),
+        procedure: "seabed".to_owned(),
+        format: "csv".to_owned(),
+        seed: 1,
+        site,
+        bed,
+        motion: motion(scene, &sailed),
+        trajectory_rate_hz: rate_hz(scene),
+        trajectory,
+        sound_speed_m_s: scene.water.surface_speed_m_s(),
+        profile_sigma: file.sound_speed.profile_sigma,
+        multibeam: multibeam(survey, duration_s),
+        head: further(survey),
+        tide: None,
+        errors: Errors::default(),
+        line,
+        seabed: file.seabed.clone(),
+        reference: file.reference.clone(),
+        verdict: file.verdict.clone(),
+    };
+    let thinned = thinned(&mut scenario, duration_s);
+    let mut notes = vec![said(&scenario, &seen.field, sailed.len())];
+    notes.extend(thinned);
+    Ok((scenario, notes))
+}
+
+/// What was read, in words.
+fn said(scenario: &SeabedScenario, field: &Field, lines: usize) -> String {
+    let (bed, motion) = (&scenario.bed, &scenario.motion);
+    format!(
+        "read from the survey: {lines} lines as sailed, taken as straight; {:.1} m of water, slope {:.1} deg towards {:.0} deg, relief {:.3} m over {:.1} m; roll {:.1}, pitch {:.1}, yaw {:.1} deg, heave {:.2} m, every {:.1} s. A prediction, not the survey's own result",
+        bed.depth_m,
+        bed.slope_deg,
+        bed.azimuth_deg,
+        field.sigma_m,
+        field.length_m,
+        motion.roll_deg,
+        motion.pitch_deg,
+        motion.yaw_deg,
+        motion.heave_m,
+        motion.period_s
+    )
+}
+
+/// The plane through the soundings: its height at their middle, and its rise eastwards and northwards.
+struct Plane {
+    middle_m: Vector2<f64>,
+    height_m: f64,
+    rise: Vector2<f64>,
+}
+
+impl Plane {
+    fn of(points_m: &[Vector3<f64>]) -> Option<Self> {
+        let mut mean = Moments::new(3);
+        points_m.iter().for_each(|p| mean.add(&[p.x, p.y, p.z]));
+        let mean = mean.mean()?;
+        let middle = Vector3::new(mean[0], mean[1], mean[2]);
+        let mut squares = Matrix3::zeros();
+        for p in points_m {
+            let off = p - middle;
+            squares += off * off.transpose();
+        }
+        let sides = squares.fixed_view::<2, 2>(0, 0).into_owned();
+        let rise = sides
+            .lu()
+            .solve(&squares.fixed_view::<2, 1>(0, 2).into_owned());
+        Some(Self {
+            middle_m: middle.xy(),
+            height_m: middle.z,
+            rise: rise.unwrap_or_else(Vector2::zeros),
+        })
+    }
+
+    fn bed(&self, depth_m: f64, field: &Field) -> Bed {
+        let fall = -self.rise;
+        Bed {
+            depth_m,
+            slope_deg: math::atan2(fall.norm(), 1.0).to_degrees().min(45.0),
+            azimuth_deg: math::atan2(fall.x, fall.y).to_degrees().rem_euclid(360.0),
+            relief_m: field.sigma_m,
+            length_m: field.length_m,
+            ripple_m: 0.0,
+            ripple_length_m: 3.0,
+            boulders_per_ha: 0.0,
+        }
+    }
+}
+
+/// The scenario's frame: its origin is the middle of the soundings at the water's level.
+struct Moved {
+    origin: Origin,
+    to_own: Pose<Target, Ecef>,
+    from_survey: Pose<Ecef, Target>,
+}
+
+impl Moved {
+    fn to(survey: &LoadedSeabed, plane: &Plane) -> Self {
+        let site = &survey.file.site;
+        let pose = TargetPose {
+            ellipsoid: site.ellipsoid,
+            origin: site.origin.geodetic(),
+            azimuth_rad: 0.0,
+        };
+        let from_survey = pose.ecef_from_target();
+        let middle = Vector3::new(plane.middle_m.x, plane.middle_m.y, site.water_level_m);
+        let origin = pose
+            .ellipsoid
+            .to_geodetic(&(from_survey * Point::new(middle)));
+        let own = TargetPose { origin, ..pose };
+        Self {
+            origin: Origin {
+                latitude_deg: origin.latitude_rad.to_degrees(),
+                longitude_deg: origin.longitude_rad.to_degrees(),
+                height_m: origin.height_m,
+            },
+            to_own: own.ecef_from_target().inverse(),
+            from_survey,
+        }
+    }
+
+    fn course(&self, sailed: &Sailed) -> Course {
+        let place = |p: &Vector3<f64>| {
+            let own = self.to_own * (self.from_survey * Point::<Target>::new(*p));
+            let tidy = |x: f64| (100.0 * x).round() / 100.0;
+            [tidy(own.coordinates.x), tidy(own.coordinates.y)]
+        };
+        let speed = sailed.way_m() / (sailed.to_s - sailed.from_s);
+        Course {
+            name: sailed.name.clone(),
+            from_m: place(&sailed.from_m),
+            to_m: place(&sailed.to_m),
+            speed_m_s: (100.0 * speed).round().max(1.0) / 100.0,
+        }
+    }
+}
+
+/// One line as it was sailed.
+struct Sailed {
+    name: String,
+    from_s: f64,
+    to_s: f64,
+    from_m: Vector3<f64>,
+    to_m: Vector3<f64>,
+    rows: std::ops::Range<usize>,
+}
+
+impl Sailed {
+    /// From its first to its last sounding that has a pose; `None` where the boat made no way.
+    fn of(scene: &Scene, line: usize) -> Option<Self> {
+        let own = scene
+            .soundings
+            .iter()
+            .filter(|s| usize::from(s.line) == line);
+        let posed = own
+            .map(|s| s.time_s)
+            .filter(|t| scene.trajectory.pose_at(*t).is_ok());
+        let (from_s, to_s) = posed.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| {
+            (a.min(t), b.max(t))
+        });
+        let place = |t: f64| scene.trajectory.pose_at(t).ok().map(|pose| pose.position_m);
+        let times = scene.trajectory.times_s();
+        let sailed = Self {
+            name: scene.lines[line].name.clone(),
+            from_s,
+            to_s,
+            from_m: place(from_s)?,
+            to_m: place(to_s)?,
+            rows: times.partition_point(|t| *t < from_s)..times.partition_point(|t| *t <= to_s),
+        };
+        (to_s > from_s && sailed.way_m() > 1.0 && sailed.rows.len() > 2).then_some(sailed)
+    }
+
+    fn way_m(&self) -> f64 {
+        (self.to_m - self.from_m).xy().norm()
+    }
+}
+
+/// Standard deviations about the mean of each line, and the typical period: twice the time over the roll's zero crossings.
+fn motion(scene: &Scene, sailed: &[Sailed]) -> Motion {
+    let mut squares = [0.0; 4];
+    let (mut count, mut crossings, mut duration_s) = (0.0, 0.0, 0.0);
+    for line in sailed {
+        let way = line.to_m - line.from_m;
+        let course = math::atan2(way.x, way.y);
+        let of = |k: usize| {
+            let (roll, pitch, heading) = rotation::to_attitude(&scene.trajectory.attitudes()[k]);
+            let yaw = math::atan2(math::sin(heading - course), math::cos(heading - course));
+            [roll, pitch, yaw, scene.heave_m[k]]
+        };
+        let all: Vec<[f64; 4]> = line.rows.clone().map(of).collect();
+        let n = all.len() as f64;
+        let mean: [f64; 4] = std::array::from_fn(|c| all.iter().map(|a| a[c]).sum::<f64>() / n);
+        for a in &all {
+            for (c, square) in squares.iter_mut().enumerate() {
+                *square += (a[c] - mean[c]).powi(2);
+            }
+        }
+        let up = |a: &[f64; 4]| a[3] > mean[3];
+        crossings += all.windows(2).filter(|w| up(&w[0]) != up(&w[1])).count() as f64;
+        (count, duration_s) = (count + n, duration_s + line.to_s - line.from_s);
+    }
+    let [roll, pitch, yaw, heave_m] = squares.map(|s| (s / f64::max(count, 1.0)).sqrt());
+    let degrees = |angle: f64| angle.to_degrees().min(30.0);
+    Motion {
+        roll_deg: degrees(roll),
+        pitch_deg: degrees(pitch),
+        yaw_deg: degrees(yaw),
+        heave_m,
+        period_s: (2.0 * duration_s / f64::max(crossings, 1.0)).clamp(1.0, 30.0),
+    }
+}
+
+/// Records a second of the trajectory, at most a hundred: the drift's knots are a second apart.
+fn rate_hz(scene: &Scene) -> f64 {
+    let times = scene.trajectory.times_s();
+    let mut steps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
+    let step_s = median(&mut steps).unwrap_or(0.05);
+    (1.0 / step_s.max(1e-6)).clamp(1.0, 100.0)
+}
+
+fn multibeam(survey: &LoadedSeabed, duration_s: f64) -> Multibeam {
+    let (file, scene) = (&survey.file, &survey.scene);
+    let m = &file.multibeam;
+    let first = scene.soundings.iter().filter(|s| s.head == 0);
+    let mut pings: Vec<(u16, u32)> = first.clone().map(|s| (s.line, s.beam.ping)).collect();
+    pings.sort_unstable();
+    pings.dedup();
+    let mut angles_deg: Vec<f64> = first.map(|s| s.across_rad.abs().to_degrees()).collect();
+    angles_deg.sort_by(f64::total_cmp);
+    let at = (SWATH_SHARE * angles_deg.len() as f64) as usize;
+    let seen_deg = angles_deg
+        .get(at)
+        .or(angles_deg.last())
+        .map_or(60.0, |a| *a);
+    // a survey file of a scenario uses all but the outermost two degrees
+    let half_deg = seen_deg.min(m.max_angle_deg + 2.0).clamp(1.0, 80.0);
+    let beams = angles_deg.len() as f64 / pings.len().max(1) as f64;
+    let inside = (half_deg / seen_deg.max(1.0)).min(1.0);
+    let receiver_offset_m = m.receiver_lever_arm_m.map_or([0.0; 3], |arm| {
+        std::array::from_fn(|k| arm[k] - m.lever_arm_m[k])
+    });
+    let arrays = scene.heads[0].arrays.as_ref().map(|_| TwoArrays {
+        receiver_mounting_deg: m.receiver_mounting_deg,
+        receiver_offset_m,
+        ..TwoArrays::default()
+    });
+    Multibeam {
+        lever_arm_m: m.lever_arm_m,
+        lever_arm_sigma_m: m.lever_arm_sigma_m,
+        mounting_deg: m.mounting_deg,
+        correction_deg: Turn::default(),
+        range_sigma_m: m.range_sigma_m,
+        angle_sigma_deg: m.angle_sigma_deg,
+        angle_sigma_growth: m.angle_sigma_growth,
+        ping_rate_hz: pings.len().max(1) as f64 / duration_s.max(1.0),
+        beams: ((beams * inside).round() as u32).clamp(2, 4096),
+        half_swath_deg: half_deg,
+        arrays,
+    }
+}
+
+fn further(survey: &LoadedSeabed) -> Vec<FurtherHead> {
+    let one = |h: &super::survey::file::HeadSection| FurtherHead {
+        lever_arm_m: h.lever_arm_m,
+        lever_arm_sigma_m: h.lever_arm_sigma_m,
+        mounting_deg: h.mounting_deg,
+        correction_deg: Turn::default(),
+        latency_s: 0.0,
+        receiver_mounting_deg: h.receiver_mounting_deg,
+        receiver_offset_m: h.receiver_lever_arm_m.map_or([0.0; 3], |arm| {
+            std::array::from_fn(|k| arm[k] - h.lever_arm_m[k])
+        }),
+    };
+    survey.file.head.iter().map(one).collect()
+}
+
+/// Fewer beams and pings where there are more soundings than a plan needs; says so.
+fn thinned(scenario: &mut SeabedScenario, duration_s: f64) -> Option<String> {
+    let m = &mut scenario.multibeam;
+    let heads = (1 + scenario.head.len()) as f64;
+    let all = heads * f64::from(m.beams) * m.ping_rate_hz * duration_s;
+    if all <= MOST_SOUNDINGS {
+        return None;
+    }
+    let share = MOST_SOUNDINGS / all;
+    let beams = (f64::from(m.beams) * share.sqrt()).max(FEWEST_BEAMS.min(f64::from(m.beams)));
+    m.ping_rate_hz *= share * f64::from(m.beams) / beams.round();
+    m.beams = beams.round() as u32;
+    Some(format!(
+        "planned with {} beams and {:.2} pings a second in place of all {all:.0} soundings: tiles use a part of them anyway",
+        m.beams, m.ping_rate_hz
+    ))
+}
+
+/// The speeds of lines, those that are nearly one taken together.
+#[must_use]
+pub fn speeds_m_s(lines: &[Course]) -> Vec<f64> {
+    let mut all: Vec<f64> = lines.iter().map(|line| line.speed_m_s).collect();
+    all.sort_by(f64::total_cmp);
+    let near = |a: &f64, b: &f64| b / a < 1.0 + ONE_SPEED;
+    let groups = all.chunk_by(near);
+    let mean = |group: &[f64]| group.iter().sum::<f64>() / group.len() as f64;
+    groups
+        .map(|group| (10.0 * mean(group)).round().max(1.0) / 10.0)
+        .collect()
+}
