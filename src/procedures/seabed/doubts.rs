@@ -5,21 +5,24 @@
 //! | roll, pitch, heading of one line | turn of the body about its own axis, on that line |
 //! | place of one line | east, north, on that line |
 //! | drift of roll, pitch, heading | the same turn, growing from -1/2 to 1/2 over the survey |
+//! | scale of roll, pitch, heading | the same turn, by what the recorded angle differs from the line's mean |
 //! | heading | the same turn; beside the yaw only the lever arm tells of it, as far as that is known |
 //! | latency of a further head | what the common latency moves it by, of that head's soundings |
 //! | scale of the beam angle | `range angle d(ray)/d(angle)` at the adjusted angle |
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::field::Field;
 use super::joint::Joint;
 use super::model::{Adjusted, Located};
 use super::normal::Normal;
-use super::scene::{Head, Scene};
+use super::scene::{Head, Line, Scene};
 use super::states;
 use crate::adjust::{Component, Unit};
 use crate::calibrate::verdict::doubts::test_of;
 use crate::calibrate::verdict::{Doubt, Doubted};
+use crate::geometry::rotation::to_attitude;
+use crate::units::wrap_angle;
 
 /// Angles of the boat: name, which component of the trajectory, and its positive sense.
 const ANGLES: [(&str, states::Component, f64, &str); 3] = [
@@ -29,17 +32,18 @@ const ANGLES: [(&str, states::Component, f64, &str); 3] = [
 ];
 /// Columns of one line: the angles, east and north.
 const OF_LINE: usize = ANGLES.len() + 2;
-/// Columns of the whole survey: the angles' drifts, the heading, the beam angle's scale.
-const OF_ALL: usize = ANGLES.len() + 2;
+/// Columns of the whole survey: the angles' drifts and scales, the heading, the beam angle's scale.
+const OF_ALL: usize = 2 * ANGLES.len() + 2;
 
 /// Where the columns of the doubts stand among the unknowns, and when the survey was.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Doubts {
     /// Heads behind the first one.
     further: usize,
     /// First line that has columns: of two lines the first one's own angle is the second one's with the other sign.
     first: usize,
-    lines: usize,
+    /// Mean roll, pitch and heading on each line, radians.
+    means: Vec<[f64; 3]>,
     middle_s: f64,
     span_s: f64,
 }
@@ -54,7 +58,7 @@ impl Doubts {
         Self {
             further: scene.heads.len() - 1,
             first: usize::from(lines == 2),
-            lines,
+            means: scene.lines.iter().map(|line| mean(scene, line)).collect(),
             middle_s: 0.5 * (begin_s + end_s),
             span_s: (end_s - begin_s).max(1e-9),
         }
@@ -63,7 +67,7 @@ impl Doubts {
     /// Number of columns.
     #[must_use]
     pub fn columns(&self) -> usize {
-        OF_LINE * (self.lines - self.first) + OF_ALL + self.further
+        OF_LINE * (self.means.len() - self.first) + OF_ALL + self.further
     }
 
     /// Columns that move the soundings of a head on a line.
@@ -90,9 +94,11 @@ impl Doubts {
         let own = own.take(if line < self.first { 0 } else { OF_LINE });
         let part = (located.time_s - self.middle_s) / self.span_s;
         let drifts = turns.map(|moved| moved * part);
+        let swing = swing(&located.rotation, &self.means[line]);
+        let scales = [0, 1, 2].map(|k| turns[k] * swing[k]);
         let all = [turns[2], located.angle_scale_column(adjusted)];
         let late = located.latency_column(adjusted);
-        let each = own.chain(drifts).chain(all).chain([late]);
+        let each = (own.chain(drifts).chain(scales)).chain(all).chain([late]);
         self.columns_of(line, head).zip(each)
     }
 
@@ -105,6 +111,30 @@ impl Doubts {
         all.map(|doubt| doubt.withdrawing_beyond(certain(field)))
             .collect()
     }
+}
+
+/// Roll, pitch and heading of an attitude over their means, radians.
+fn swing(rotation: &Matrix3<f64>, means: &[f64; 3]) -> [f64; 3] {
+    let (roll, pitch, heading) = to_attitude(rotation);
+    let heading = wrap_angle(heading - means[2]);
+    [roll - means[0], pitch - means[1], heading]
+}
+
+/// Mean roll, pitch and heading of the records on a line, radians; of none where it has none.
+fn mean(scene: &Scene, line: &Line) -> [f64; 3] {
+    let record = &scene.trajectory;
+    let before = |end_s: f64| record.times_s().partition_point(|t| *t < end_s);
+    let (first, end) = (before(line.start_s), before(line.end_s));
+    let attitudes = &record.attitudes()[first..end.max(first)];
+    let Some(about) = attitudes.first() else {
+        return [0.0; 3];
+    };
+    let from = [0.0, 0.0, to_attitude(about).2];
+    let sum = attitudes.iter().fold([0.0; 3], |sum, attitude| {
+        let swing = swing(attitude, &from);
+        [0, 1, 2].map(|k| sum[k] + swing[k])
+    });
+    [0, 1, 2].map(|k| from[k] + sum[k] / attitudes.len() as f64)
 }
 
 /// A solution's system with the columns of the doubts, the states eliminated.
@@ -188,6 +218,14 @@ fn of_all() -> Vec<Doubt> {
             "check whether the INS had settled and was well aided; if it drifts like this, state its drift in [trajectory]",
         )
     };
+    let scales = Doubt::several(
+        "attitude_scale",
+        "the recorded roll, pitch or heading does not match the boat's motion",
+        ANGLES
+            .map(|(angle, _, _, _)| Component::new(&format!("{angle} scale"), Unit::One))
+            .to_vec(),
+        "check signs and unit of roll, pitch and heading (-200 % is a wrong sign, -100 % one that is missing)",
+    );
     let heading = Doubt::single(
         "heading_offset",
         "the headings are turned, clockwise",
@@ -203,7 +241,7 @@ fn of_all() -> Vec<Doubt> {
     ANGLES
         .map(drift)
         .into_iter()
-        .chain([heading, scale])
+        .chain([scales, heading, scale])
         .collect()
 }
 
@@ -243,14 +281,14 @@ mod tests {
         )
     }
 
-    /// The scene with the unknown of a column at `by`: line 2's own, or the whole survey's.
-    fn spoiled(scene: &Scene, doubts: &Doubts, column: usize, by: f64) -> Scene {
-        let own = (column < OF_LINE).then(|| scene.lines[1].clone());
-        let k = column % OF_LINE;
-        let turn = |time_s: f64| match (&own, k) {
+    /// The scene with the unknown of column `k` at `by`: of line 2's own, or of the whole survey's.
+    fn spoiled(scene: &Scene, doubts: &Doubts, (own, k): (bool, usize), by: f64) -> Scene {
+        let own = own.then(|| scene.lines[1].clone());
+        let turn = |time_s: f64, attitude: &Matrix3<f64>| match (&own, k) {
             (Some(_), 0..3) => (k, by),
             (None, 0..3) => (k, by * (time_s - doubts.middle_s) / doubts.span_s),
-            (None, 3) => (2, by),
+            (None, 3..6) => (k - 3, by * swing(attitude, &doubts.means[1])[k - 3]),
+            (None, 6) => (2, by),
             _ => (0, 0.0),
         };
         let shift = match (&own, k) {
@@ -263,7 +301,7 @@ mod tests {
         let (mut positions, mut attitudes) = (vec![], vec![]);
         for (k, time_s) in record.times_s().iter().enumerate() {
             let on = (own.as_ref()).is_none_or(|l| (l.start_s..=l.end_s).contains(time_s));
-            let (axis, angle) = turn(*time_s);
+            let (axis, angle) = turn(*time_s, &record.attitudes()[k]);
             let part = f64::from(u8::from(on));
             positions.push(record.positions_m()[k] + shift * part);
             attitudes.push(record.attitudes()[k] * exp(&(axes[axis] * angle * part)));
@@ -271,12 +309,37 @@ mod tests {
         let mut spoiled = scene.clone();
         let times = record.times_s().to_vec();
         spoiled.trajectory = Trajectory::new(times, positions, attitudes, None, f64::INFINITY);
-        if own.is_none() && k == 4 {
+        if own.is_none() && k == 7 {
             for sounding in &mut spoiled.soundings {
                 sounding.across_rad *= 1.0 + by;
             }
         }
         spoiled
+    }
+
+    /// Angles that were recorded with the other sign have a scale of -2 about the mean of the line.
+    #[test]
+    fn a_line_s_mean_is_that_of_its_records() {
+        let scene = thin();
+        let doubts = Doubts::of(&scene);
+        for (line, means) in scene.lines.iter().zip(&doubts.means) {
+            let record = &scene.trajectory;
+            let on = |t: &f64| (line.start_s..line.end_s).contains(t);
+            let all = record.times_s().iter().zip(record.attitudes());
+            let swings: Vec<_> = all
+                .filter(|(t, _)| on(t))
+                .map(|(_, a)| swing(a, means))
+                .collect();
+            assert!(swings.len() > 100);
+            for k in 0..3 {
+                let (sum, largest) = swings.iter().fold((0.0, 0.0), |(sum, largest), s| {
+                    (sum + s[k], f64::max(largest, s[k].abs()))
+                });
+                assert!(f64::abs(sum) < 1e-9, "{k}: {sum}");
+                // motions of 1 to 2 deg (rms), and no turn over north or south among them
+                assert!((0.01..0.15).contains(&largest), "{k}: {largest}");
+            }
+        }
     }
 
     /// A column is how far a sounding moves when the trajectory, or its beam angle, is changed by the unknown.
@@ -297,10 +360,9 @@ mod tests {
             for (column, moved) in doubts.moved((1, 0), &located, &Adjusted::default()) {
                 // the columns of line 2, then those of all lines
                 let all = doubts.columns() - OF_ALL;
-                let which = if column < all {
-                    column - OF_LINE
-                } else {
-                    column - all + OF_LINE
+                let which = match column.checked_sub(all) {
+                    Some(k) => (false, k),
+                    None => (true, column - OF_LINE),
                 };
                 let by = 1e-4;
                 let found = at(&spoiled(&scene, &doubts, which, by), k).point_m - located.point_m;

@@ -653,7 +653,7 @@ impl<'a> Work<'a> {
     fn doubted(&self, tiles: &[Tile]) -> Result<Option<System>, JointError> {
         let doubts = Doubts::of(self.scene);
         let sought = Sought {
-            doubts: Some(doubts),
+            doubts: Some(doubts.clone()),
             ..self.sought(true)
         };
         let normal = self.normal(&self.blocks(tiles, &sought, Part::All)?, &sought);

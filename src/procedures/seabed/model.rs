@@ -552,8 +552,10 @@ mod tests {
             for ((found, due), raw) in found.iter().zip(&due).zip(&raw) {
                 for (c, ((found, due), raw)) in found.iter().zip(due).zip(raw).enumerate() {
                     let (left, moved) = ((found - due).norm(), (raw - due).norm());
+                    // how a cone of two arrays turns with its sector's tilt is left out of the second order
+                    let near = if arrays { 0.04 } else { 0.01 };
                     assert!(
-                        left < 0.01 * moved + 2e-4,
+                        left < near * moved + 2e-4,
                         "{arrays} {c}: {left} of {moved}"
                     );
                 }

@@ -49,7 +49,7 @@ impl Sought {
 
     /// Number of the first state: behind the parameters and what is doubted.
     fn first_state(&self) -> usize {
-        self.count() + self.doubts.map_or(0, |doubts| doubts.columns())
+        self.count() + self.doubts.as_ref().map_or(0, Doubts::columns)
     }
 }
 
