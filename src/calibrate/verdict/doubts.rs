@@ -78,7 +78,7 @@ impl Doubt {
         Self { mistakes, ..self }
     }
 
-    /// The same, and where a parameter hangs on it that is said, with this advice, and it withdraws nothing.
+    /// The same, and where a parameter hangs on it that is said, with this advice.
     #[must_use]
     pub fn or_untold(self, advice: &str) -> Self {
         Self {
@@ -330,8 +330,7 @@ fn guilty(score: &Score, doubt: &Doubt, effect: BTreeMap<String, f64>, tests: us
     Finding::new(&doubt.code, severity, seen, threshold, doubt.advice.clone()).with_effect(effect)
 }
 
-/// Whether a guilty doubt may withdraw. One that a parameter hangs on never may: what the model lacks elsewhere, boulders or a bend of the
-/// rays, looks like a large error of it (chi-squares to 195 for the own roll of a line of a right survey).
+/// Whether a guilty doubt may withdraw by itself; one that a parameter hangs on is judged with what hangs on it ([`untold`]).
 fn is_certain(score: &Score, doubt: &Doubt, effect: &BTreeMap<String, f64>) -> bool {
     score.statistic > doubt.certain && hangs(score, doubt, effect).is_none()
 }
@@ -352,7 +351,8 @@ fn hangs(
     hangs.then_some(moved)
 }
 
-/// A parameter that hangs on a doubt of one component: what one sigma of it would move. Of a guilty one the estimate is stated too.
+/// A parameter that hangs on a doubt of one component: what one sigma of it would move. Of a guilty one the estimate is stated too, and
+/// beyond the doubt's limit it withdraws.
 fn untold(
     score: &Score,
     doubt: &Doubt,
@@ -380,8 +380,12 @@ fn untold(
             format!("the survey cannot tell whether {}: {trace}", doubt.what)
         };
         let threshold = format!("{HANGS_SIGMAS} sigma for one sigma of the suspected error");
-        let severity = Severity::Finding;
-        Finding::new(&doubt.code, severity, seen, threshold, doubt.untold.clone())
+        let (severity, advice) = if guilty && score.statistic > doubt.certain {
+            (Severity::Withdraws, &doubt.advice)
+        } else {
+            (Severity::Finding, &doubt.untold)
+        };
+        Finding::new(&doubt.code, severity, seen, threshold, advice.clone())
             .with_effect(effect.clone())
     })
 }
@@ -517,7 +521,16 @@ mod tests {
         let codes: Vec<&str> = doubted.findings.iter().map(|f| f.code.as_str()).collect();
         assert_eq!(codes, ["guilty", "hangs"]);
         assert!(doubted.findings[1].seen.contains("roll by 12 sigma"));
-        assert_eq!(doubted.findings[1].severity, Severity::Finding);
+        let severities = |doubted: &Doubted| -> Vec<Severity> {
+            doubted.findings.iter().map(|f| f.severity).collect()
+        };
+        assert_eq!(
+            severities(&doubted),
+            [Severity::Withdraws, Severity::Finding]
+        );
+        let unsure = doubts.clone().map(|doubt| doubt.withdrawing_beyond(95.0));
+        let doubted = worded(&scores, &unsure, &|_| 1.0, &[("roll".to_owned(), 0)]);
+        assert_eq!(severities(&doubted), [Severity::Finding; 2]);
         // a guilty one that hangs is said once, and another of its code, though more hangs on it, is counted
         let doubts = [doubt("line"), doubt("line")];
         let alone = vec![score(0, 100.0, 50.0), score(1, 4.0, 24.0)];
@@ -530,7 +543,7 @@ mod tests {
         assert_eq!(seen.len(), 1, "{seen:?}");
         assert!(seen[0].contains("(chi-square 100 on 1), or the model lacks"));
         assert!(seen[0].contains("roll by 5 sigma; so it is with 1 more of the kind"));
-        // it withdraws nothing, however large; one that does not hang does
+        // by itself it withdraws nothing, however large; one that does not hang does
         let moving = |sigmas: f64| {
             let effect = BTreeMap::from([("roll".to_owned(), sigmas * 20.0)]);
             guilty(&score(0, 400.0, 0.0), &doubts[0], effect, 21).severity
