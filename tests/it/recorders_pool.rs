@@ -77,7 +77,8 @@ pub fn apart(a: &[f64; 6], b: &[f64; 6], sigma: &[f64; 6]) -> f64 {
 /// The truth within 4.5 sigmas, and one result but for what the formats round. `.all` rounds angles to 0.01 deg: uniform, 0.0029 deg beside
 /// 0.06 deg of the sounder, 5 % of a sigma as one standard deviation of a parameter, 4.5 of those at the most. `.kmall` rounds angles to
 /// 4e-6 deg and times to 5e-10 s, a ten-thousandth. With the recorder's own navigation `.kmall` also rounds the attitude: headings to
-/// 1.5e-5 deg beside 0.005 deg, and the sensor's arm and angles to their last written digit.
+/// 1.5e-5 deg beside 0.005 deg, and the sensor's arm and angles to their last written digit; of the soundings at the edge of a face a few
+/// are tied by one and not by the other, and each of ten thousand moves a parameter by a hundredth of its sigma.
 #[test]
 fn one_pool_survey_as_csv_all_and_kmall_has_one_result() {
     let [csv, all, kmall] = ["csv", "all", "kmall"].map(|format| calibrated(format, |_| {}));
@@ -98,7 +99,7 @@ fn one_pool_survey_as_csv_all_and_kmall_has_one_result() {
     for (name, other, most) in [
         ("all", &all, 0.22),
         ("kmall", &kmall, 2e-3),
-        ("own", &own, 0.02),
+        ("own", &own, 0.06),
     ] {
         let off = apart(&other.found, &csv.found, &csv.sigma);
         assert!(off < most, "{name}: {off}");

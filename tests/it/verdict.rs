@@ -64,7 +64,7 @@ fn bound(verdict: &Verdict, code: &str, nth: usize) -> (Vec<f64>, Vec<f64>) {
 
 /// What is put into the data comes out of the score test's one step: each column against the data that it is a derivative of. The
 /// same noise is in both surveys, so that the difference of the estimates is as large as what was put in, to a tenth of it; ties that
-/// change hands, about one in twenty, move it by sqrt(2 / 20) of its sigma beside that.
+/// change hands, about one in twenty, move it by sqrt(2 / 20) of its sigma (one standard deviation) beside that, and twice that is allowed.
 #[test]
 fn one_step_estimates_what_was_put_in() {
     type Spoil = fn(&mut Campaign);
@@ -108,7 +108,7 @@ fn one_step_estimates_what_was_put_in() {
             sigma[component]
         );
         assert!(
-            !free || (moved - size).abs() < 0.1 * size.abs() + 0.32 * sigma[component],
+            !free || (moved - size).abs() < 0.1 * size.abs() + 0.64 * sigma[component],
             "{code} {component}: {moved} of {size}"
         );
     }
