@@ -8,7 +8,7 @@ use boresight::adjust::{
 };
 use boresight::geometry::plane::PlaneMoments;
 use boresight::georef::{Beam, along_normal, georeference};
-use boresight::matching::{Gate, Patches, Water};
+use boresight::matching::{Gate, Patches, Spread, Verdict, Water};
 use boresight::observe::{Mounting, PoseSample};
 use boresight::procedures::pool::{JointConfig, Method, PoolInput, SequentialConfig, calibrate};
 use boresight::simulate::{DEMO, Scenario, Simulated, simulate};
@@ -125,10 +125,9 @@ fn tie_points(bencher: Bencher) {
             points
                 .iter()
                 .filter(|p| {
-                    matches!(
-                        patches.assign(p, &(*p - origin), &gate, None, |_| 0.01),
-                        boresight::matching::Verdict::Tie(_)
-                    )
+                    let round = |normal: &Vector3<f64>| Spread::round(0.01, normal);
+                    let verdict = patches.assign(p, &(*p - origin), &gate, None, round);
+                    matches!(verdict, Verdict::Tie(_))
                 })
                 .count()
         });

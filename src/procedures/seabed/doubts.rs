@@ -222,7 +222,7 @@ fn of_all() -> Vec<Doubt> {
         "attitude_scale",
         "the recorded roll, pitch or heading does not match the boat's motion",
         ANGLES
-            .map(|(angle, _, _, _)| Component::new(&format!("{angle} scale"), Unit::One))
+            .map(|(angle, _, _, _)| Component::new(format!("{angle} scale"), Unit::One))
             .to_vec(),
         "check signs and unit of roll, pitch and heading (-200 % is a wrong sign, -100 % one that is missing)",
     );
