@@ -155,12 +155,26 @@ impl Otherwise {
         self.finding(Severity::Refuses, seen)
     }
 
+    /// How the fit would change, where a whole number says anything.
+    fn squares(&self) -> String {
+        let than = if self.gain > 0.0 { "less" } else { "more" };
+        match self.gain.abs() {
+            gain if gain < 0.5 => String::new(),
+            gain => format!(" (weighted squares {gain:.0} {than})"),
+        }
+    }
+
     fn undecided(self) -> Finding {
+        let most = self.moved.iter();
+        let most = most.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let elsewhere = most.map_or(String::new(), |(name, sigmas)| {
+            let name = name.replace('_', " ");
+            format!(", and {name} would be {:.0} sigmas away", sigmas.abs())
+        });
         let seen = format!(
-            "the survey cannot tell: {} it fits about as well (weighted squares {:.0} {}), with a different mounting",
+            "the survey cannot tell, so make sure: {} it fits as well{}{elsewhere}",
             self.alternative.words,
-            self.gain.abs(),
-            if self.gain > 0.0 { "less" } else { "more" }
+            self.squares(),
         );
         self.finding(Severity::Finding, seen)
             .with_effect(self.moved)
@@ -213,6 +227,8 @@ mod tests {
         let tried = [-9.0, -17.0, 3.0].map(|gain| otherwise(gain, -2.1));
         let undecided = preferred(tried);
         assert_eq!(undecided.len(), 2);
+        let said = "with sign_of_pitch it fits as well (weighted squares 3 less), and pitch would be 2 sigmas away";
+        assert!(undecided[0].seen.ends_with(said), "{}", undecided[0].seen);
         assert!(undecided[0].seen.contains("weighted squares 3 less"));
         assert!(undecided[1].seen.contains("weighted squares 9 more"));
         assert!(undecided.iter().all(|f| f.severity == Severity::Finding));
