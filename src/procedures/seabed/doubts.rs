@@ -177,7 +177,7 @@ impl System {
     }
 }
 
-/// Chi-square up to which a doubt is a finding only: the first where the noise is as claimed, the other elsewhere.
+/// Chi-square up to which a doubt is a finding only: the first where the soundings tell that their noise is as claimed, the other elsewhere.
 ///
 /// Over right surveys whose noise is as claimed the statistics scatter as chi-square, those of the headings a third wider: the largest of some
 /// 3000 on Matern, power-law, wavy and bouldered ground was 18 (`docs/verdict.md`). Where a claim has the wrong shape (twice as much noise on the
@@ -185,7 +185,7 @@ impl System {
 const CERTAIN: [f64; 2] = [25.0, 50.0];
 
 fn certain(field: &Field) -> f64 {
-    CERTAIN[usize::from(!field.noise_is_as_claimed())]
+    CERTAIN[usize::from(field.noise_is_as_claimed() != Some(true))]
 }
 
 fn of_line(name: &str) -> Vec<Doubt> {

@@ -3,6 +3,7 @@
 //! `z = F b + s + e`, covariance of s Matern 3/2 `K = sigma^2 (1 + d) exp(-d)`, `d = sqrt(3) |x - x'| / length`, noise `D`;
 //! `C = K + D`, `P = C^-1 - C^-1 F (F' C^-1 F)^-1 F' C^-1`, `alpha = P z`.
 
+use super::reml::CLAIMED;
 use crate::math;
 use crate::math::dense::product;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
@@ -19,10 +20,10 @@ pub struct Field {
 }
 
 impl Field {
-    /// Whether the soundings have the noise that is claimed of them, to a quarter.
+    /// Whether the soundings have the noise that is claimed of them, to a quarter; nothing where that was not told and the claim is held.
     #[must_use]
-    pub fn noise_is_as_claimed(&self) -> bool {
-        (0.8..=1.25).contains(&self.noise_factor)
+    pub fn noise_is_as_claimed(&self) -> Option<bool> {
+        (self.noise_factor != CLAIMED).then(|| (0.8..=1.25).contains(&self.noise_factor))
     }
 }
 
@@ -296,6 +297,21 @@ mod tests {
             .sum();
         assert!(shift.norm() < 1e-9 * found.alpha.norm());
         assert!(found.alpha.sum().abs() < 1e-9 * found.alpha.norm());
+    }
+
+    /// A claim is told right to a quarter; a noise that is exactly the claimed one was held, not told.
+    #[test]
+    fn a_claimed_noise_is_right_wrong_or_not_told() {
+        let told = |noise_factor| {
+            let field = Field {
+                noise_factor,
+                ..FIELD
+            };
+            field.noise_is_as_claimed()
+        };
+        assert_eq!([0.9, 1.2].map(told), [Some(true); 2]);
+        assert_eq!([0.52, 1.4].map(told), [Some(false); 2]);
+        assert_eq!(told(CLAIMED), None);
     }
 
     #[test]

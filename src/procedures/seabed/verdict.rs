@@ -135,7 +135,7 @@ fn waves(joint: &Joint) -> Option<Finding> {
 /// Noise that is not the claimed one. One factor scales it on all beams, so that a claim of the wrong shape stays wrong.
 fn noise(joint: &Joint) -> Option<Finding> {
     let factor = joint.field.noise_factor;
-    (!joint.field.noise_is_as_claimed()).then(|| {
+    (joint.field.noise_is_as_claimed() == Some(false)).then(|| {
         Finding::new(
             "noise_claim",
             Severity::Finding,
