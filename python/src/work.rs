@@ -111,8 +111,7 @@ pub fn run<T: Send + 'static>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Caller<'_>) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
-    let caller = Listener::new(progress, None);
-    begun(py, threads, caller, PATIENCE, work)
+    run_with(py, threads, progress, None, work)
 }
 
 /// As [`run`], with other processes to ask: `workers` is called on the caller's thread with the number of the packets, the packets (none

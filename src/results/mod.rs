@@ -45,7 +45,7 @@ pub use swath::{
     CovarianceOrigin, OrderLimit, PathSwath, SwathBeam, SwathDepth, SwathLimits, SwathResult,
     Uncertainty95,
 };
-pub use verdict::{Bound, Finding, Severity, Verdict, VerdictState};
+pub use verdict::{Bound, Finding, Severity, Verdict, VerdictState, largest};
 
 /// A 3 by 3 matrix by rows.
 pub type Matrix3 = [[f64; 3]; 3];

@@ -130,6 +130,15 @@ impl Finding {
     }
 }
 
+/// The parameter that moves by the most of its sigmas, and by how many.
+#[must_use]
+pub fn largest(effect: &BTreeMap<String, f64>) -> Option<(&str, f64)> {
+    let each = effect
+        .iter()
+        .map(|(name, moved)| (name.as_str(), moved.abs()));
+    each.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 /// What a score test says of an unknown that the model has not, significant or not: how large it could be.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bound {

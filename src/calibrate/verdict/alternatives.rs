@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::results::{Finding, Severity};
+use crate::results::{Finding, Severity, largest};
 
 /// How well a survey fits under an assumption.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -165,11 +165,9 @@ impl Otherwise {
     }
 
     fn undecided(self) -> Finding {
-        let most = self.moved.iter();
-        let most = most.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        let elsewhere = most.map_or(String::new(), |(name, sigmas)| {
+        let elsewhere = largest(&self.moved).map_or(String::new(), |(name, sigmas)| {
             let name = name.replace('_', " ");
-            format!(", and {name} would be {:.0} sigmas away", sigmas.abs())
+            format!(", and {name} would be {sigmas:.0} sigmas away")
         });
         let seen = format!(
             "the survey cannot tell, so make sure: {} it fits as well{}{elsewhere}",

@@ -8,7 +8,7 @@ use crate::adjust::{
     AdjustError, Component, Jump, Problem, Score, ScoreColumns, ScoreOptions, Scores, Solution,
     Suspect, Unit, score_tests, score_tests_of,
 };
-use crate::results::{Bound, Finding, Severity};
+use crate::results::{Bound, Finding, Severity, largest};
 use crate::units::with_sigma;
 use nalgebra::{DMatrix, DVector};
 
@@ -361,12 +361,11 @@ fn untold(
 ) -> Option<Finding> {
     let (effect, sigma) = (hangs(score, doubt, effect)?, score.sigma.first()?);
     let (scale, unit) = readable(doubt.components[0].unit);
-    let most = effect.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-    most.map(|(name, most)| {
+    largest(&effect).map(|(name, most)| {
         let trace = format!(
             "{:.2} {unit} of it would leave no trace and would move {name} by {:.0} sigma",
             scale * sigma,
-            most.abs()
+            most
         );
         let seen = if guilty {
             format!(

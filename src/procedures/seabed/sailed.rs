@@ -16,6 +16,7 @@ use crate::geometry::rotation;
 use crate::math;
 use crate::stats::{Moments, median};
 use crate::survey::sections::Origin;
+use crate::units::wrap_angle;
 
 /// Why a survey has no plan.
 #[derive(Debug, thiserror::Error)]
@@ -258,8 +259,7 @@ fn motion(scene: &Scene, sailed: &[Sailed]) -> Motion {
         let course = math::atan2(way.x, way.y);
         let of = |k: usize| {
             let (roll, pitch, heading) = rotation::to_attitude(&scene.trajectory.attitudes()[k]);
-            let yaw = math::atan2(math::sin(heading - course), math::cos(heading - course));
-            [roll, pitch, yaw, scene.heave_m[k]]
+            [roll, pitch, wrap_angle(heading - course), scene.heave_m[k]]
         };
         let all: Vec<[f64; 4]> = line.rows.clone().map(of).collect();
         let n = all.len() as f64;
@@ -310,12 +310,9 @@ fn multibeam(survey: &LoadedSeabed, duration_s: f64) -> Multibeam {
     let half_deg = seen_deg.min(m.max_angle_deg + 2.0).clamp(1.0, 80.0);
     let beams = angles_deg.len() as f64 / pings.len().max(1) as f64;
     let inside = (half_deg / seen_deg.max(1.0)).min(1.0);
-    let receiver_offset_m = m.receiver_lever_arm_m.map_or([0.0; 3], |arm| {
-        std::array::from_fn(|k| arm[k] - m.lever_arm_m[k])
-    });
     let arrays = scene.heads[0].arrays.as_ref().map(|_| TwoArrays {
         receiver_mounting_deg: m.receiver_mounting_deg,
-        receiver_offset_m,
+        receiver_offset_m: receiver_offset_m(m.lever_arm_m, m.receiver_lever_arm_m),
         ..TwoArrays::default()
     });
     Multibeam {
@@ -333,6 +330,12 @@ fn multibeam(survey: &LoadedSeabed, duration_s: f64) -> Multibeam {
     }
 }
 
+/// The receive array from the transmit array, metres; nothing between them where one arm is stated for both.
+fn receiver_offset_m(arm_m: [f64; 3], receiver_arm_m: Option<[f64; 3]>) -> [f64; 3] {
+    let receiver_arm_m = receiver_arm_m.unwrap_or(arm_m);
+    std::array::from_fn(|k| receiver_arm_m[k] - arm_m[k])
+}
+
 fn further(survey: &LoadedSeabed) -> Vec<FurtherHead> {
     let one = |h: &super::survey::file::HeadSection| FurtherHead {
         lever_arm_m: h.lever_arm_m,
@@ -341,9 +344,7 @@ fn further(survey: &LoadedSeabed) -> Vec<FurtherHead> {
         correction_deg: Turn::default(),
         latency_s: 0.0,
         receiver_mounting_deg: h.receiver_mounting_deg,
-        receiver_offset_m: h.receiver_lever_arm_m.map_or([0.0; 3], |arm| {
-            std::array::from_fn(|k| arm[k] - h.lever_arm_m[k])
-        }),
+        receiver_offset_m: receiver_offset_m(h.lever_arm_m, h.receiver_lever_arm_m),
     };
     survey.file.head.iter().map(one).collect()
 }

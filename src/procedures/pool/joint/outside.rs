@@ -146,6 +146,8 @@ impl From<Torn> for OutsideError {
 pub struct BlockWorker<'a> {
     frame: &'a Frame<'a>,
     start: &'a ParameterSet,
+    /// Digest of the preparation.
+    identity: [u8; 32],
     worker: Worker,
 }
 
@@ -187,6 +189,7 @@ impl BlockWorker<'_> {
         Ok(then(&mut BlockWorker {
             frame: &frame,
             start: &x,
+            identity: frame.identity(),
             worker: Worker::default(),
         }))
     }
@@ -197,7 +200,7 @@ impl BlockWorker<'_> {
     /// [`OutsideError`].
     pub fn answer(&mut self, packet: &[u8], question: &[u8]) -> Result<Vec<u8>, OutsideError> {
         let mut from = Unpacker::new(packet);
-        if from.bytes()? != self.frame.identity() {
+        if from.bytes()? != self.identity {
             return Err(OutsideError::Other);
         }
         let x = self.start.with_values(&from.numbers()?).ok_or(Torn)?;
