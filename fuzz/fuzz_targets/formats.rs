@@ -1,4 +1,4 @@
-//! Every reader of the two tables of formats: the first byte chooses which, the rest is the file.
+//! Every reader of formats and recorders: the first byte chooses which, the rest is the file.
 #![no_main]
 
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use boresight::formats::recorder::Sink;
 use boresight::formats::recorder::table::RECORDERS;
-use boresight::formats::registry::FORMATS;
+use boresight::procedures;
 use boresight_fuzz::scratch;
 use libfuzzer_sys::fuzz_target;
 
@@ -21,12 +21,13 @@ fuzz_target!(|data: &[u8]| {
     let Some((choice, bytes)) = data.split_first() else {
         return;
     };
-    let choice = usize::from(*choice) % (FORMATS.len() + RECORDERS.len());
-    let ending = FORMATS.get(choice).map_or("raw", |format| format.extensions[0]);
+    let formats: Vec<_> = procedures::formats().collect();
+    let choice = usize::from(*choice) % (formats.len() + RECORDERS.len());
+    let ending = formats.get(choice).map_or("raw", |format| format.extensions[0]);
     let path = FOLDER.join(format!("f.{ending}"));
     std::fs::write(&path, bytes).expect("written");
-    match FORMATS.get(choice) {
+    match formats.get(choice) {
         Some(format) => format.readers.iter().for_each(|reader| drop(reader.probe(&path))),
-        None => drop((RECORDERS[choice - FORMATS.len()].read)(&path, &mut Ignore)),
+        None => drop((RECORDERS[choice - formats.len()].read)(&path, &mut Ignore)),
     }
 });

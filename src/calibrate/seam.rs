@@ -21,7 +21,7 @@ use super::choices::Method;
 use super::cloud::{Calibrated, Cloud};
 use super::planning::{PlanAsk, Planner};
 use super::tried::Tried;
-use crate::formats::FormatError;
+use crate::formats::{Format, FormatError};
 use crate::observe::Extra;
 use crate::results::{Calibration, Finding, InputFile, Page, Provenance, Software};
 use crate::survey::schema::Key;
@@ -50,6 +50,11 @@ pub trait Procedure: Sync {
 
     /// The kinds of target files, each with its title and keys, the usual one first; none where a survey needs no such file.
     fn targets(&self) -> &'static [(&'static str, &'static [Key])] {
+        &[]
+    }
+
+    /// Formats that no other procedure reads: those of its own folder. The documentation and the suites for bad input take them in.
+    fn formats(&self) -> &'static [Format] {
         &[]
     }
 

@@ -7,6 +7,9 @@
 //!    every stream that a survey file wants of it.
 //! 3. A stream that no format gave before is a new variant of [`Reader`], with a word in [`Reader::stream`].
 //!
+//! A file that one procedure alone reads stands in that procedure's folder instead, with its reader: `Procedure::formats` lists it, as
+//! [`Reader::Own`].
+//!
 //! The loaders, the messages about unknown files, the page `docs/formats.md` and the suites for bad input go through the table by
 //! themselves.
 
@@ -53,6 +56,8 @@ pub enum Reader {
     Profiles(fn(&Path, usize) -> Result<ProfilePoints, FormatError>),
     /// Positions at which a measuring table rests.
     Table(Read<TableRecord>),
+    /// What one procedure alone reads, in its own folder: the stream in a word or two, and whether a file can be read at all.
+    Own(&'static str, Read<()>),
 }
 
 impl Reader {
@@ -70,6 +75,7 @@ impl Reader {
             Self::Control(_) => "control points",
             Self::Profiles(_) => "rail profiles",
             Self::Table(_) => "table positions",
+            Self::Own(stream, _) => stream,
         }
     }
 
@@ -89,6 +95,7 @@ impl Reader {
             Self::Control(read) => read(path).map(drop),
             Self::Profiles(read) => read(path, usize::from(u8::MAX)).map(drop),
             Self::Table(read) => read(path).map(drop),
+            Self::Own(_, read) => read(path),
         }
     }
 }
@@ -350,12 +357,12 @@ fn profiles_parquet(path: &Path, _: usize) -> Result<ProfilePoints, FormatError>
     ))
 }
 
-/// The table of formats as Markdown, for `docs/formats.md`.
+/// Formats as a table in Markdown, for `docs/formats.md`.
 #[must_use]
-pub fn markdown() -> String {
+pub fn markdown<'f>(formats: impl Iterator<Item = &'f Format>) -> String {
     let mut text =
         String::from("| format | files | gives | holds | written |\n|---|---|---|---|---|\n");
-    for format in FORMATS {
+    for format in formats {
         let files: Vec<_> = format
             .extensions
             .iter()
@@ -372,4 +379,27 @@ pub fn markdown() -> String {
         ));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_procedure_s_own_file_is_probed_by_its_own_reader() {
+        let refused = |path: &Path| {
+            let fault = FaultKind::Unreadable;
+            Err(FormatError::new(
+                fault,
+                path,
+                Place::File,
+                "nothing",
+                "more",
+            ))
+        };
+        let own = Reader::Own("points", refused);
+        assert_eq!(own.stream(), "points");
+        let said = own.probe(Path::new("p.csv")).expect_err("refused");
+        assert!(said.to_string().starts_with("p.csv: "), "{said}");
+    }
 }

@@ -10,12 +10,12 @@ pub mod usbl;
 
 mod named;
 
-pub use named::{find, names, of_file, of_text, read, scenario, scenario_text};
+pub use named::{find, formats, is_survey, names, of_file, of_text, read, scenario, scenario_text};
 
 use crate::calibrate::seam::Procedure;
 
 /// Every procedure; the only list of them.
-pub static ALL: [&dyn Procedure; 4] = [
+pub static ALL: &[&dyn Procedure] = &[
     &pool::procedure::Pool,
     &usbl::procedure::Usbl,
     &rail::procedure::Rail,

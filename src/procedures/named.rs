@@ -6,6 +6,7 @@ use toml::de::DeTable;
 
 use super::ALL;
 use crate::calibrate::seam::{InputError, Loaded, Procedure, ScenarioRun};
+use crate::formats::{FORMATS, Format};
 use crate::survey::document::Document;
 use crate::survey::reading::read_text;
 use crate::survey::schema::nearest;
@@ -20,10 +21,25 @@ pub fn names() -> Vec<&'static str> {
     ALL.iter().map(|procedure| procedure.name()).collect()
 }
 
+/// Every format that is read: those of the table, then each procedure's own.
+pub fn formats() -> impl Iterator<Item = &'static Format> {
+    let own = ALL.iter().flat_map(|procedure| procedure.formats());
+    FORMATS.iter().chain(own)
+}
+
+/// Whether the text of a file is a survey (what was measured) rather than a scenario; `file` names it in messages.
+#[must_use]
+pub fn is_survey(file: &Path, text: &str) -> bool {
+    // a scenario may lack every key that only scenarios have
+    crate::survey::is_survey(text) && scenario_text(file, text).is_err()
+}
+
 /// The procedure of this name.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static dyn Procedure> {
-    ALL.into_iter().find(|procedure| procedure.name() == name)
+    ALL.iter()
+        .copied()
+        .find(|procedure| procedure.name() == name)
 }
 
 /// Reads a survey file, of whichever procedure it names.
@@ -140,6 +156,20 @@ mod tests {
         assert!(mistyped.contains("found \"ubsl\"") && mistyped.contains("nearest: \"usbl\""));
         assert!(refused("procedure = 3\n").contains("not text"));
         assert!(refused("broken =\n").contains("TOML"));
+    }
+
+    #[test]
+    fn a_built_in_scenario_is_no_survey_even_without_a_seed() {
+        for procedure in ALL {
+            let demo = procedure.demo();
+            let lines = demo.lines().filter(|line| !line.starts_with("seed"));
+            let text: String = lines.map(|line| format!("{line}\n")).collect();
+            assert!(!is_survey(Path::new("x.toml"), &text), "{text}");
+        }
+        assert!(is_survey(
+            Path::new("x.toml"),
+            &format!("{KEY} = \"{}\"\n[target]\n", names()[0])
+        ));
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Output;
 
 use assert_cmd::cargo::cargo_bin_cmd;
+use boresight::calibrate::seam::Procedure;
 
 /// Runs the program in a folder.
 pub fn run(arguments: &[&str], folder: &Path) -> Output {
@@ -13,6 +14,21 @@ pub fn run(arguments: &[&str], folder: &Path) -> Output {
         .current_dir(folder)
         .output()
         .expect("ran")
+}
+
+/// The scenario with which a procedure is tried quickly: `NAME-thin.toml` of `models/scenarios`, the thin one of a single pass, or the
+/// built-in one.
+pub fn thin(procedure: &dyn Procedure) -> String {
+    let name = procedure.name();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/scenarios");
+    let of = |file: String| std::fs::read_to_string(folder.join(file)).ok();
+    let own = |text: &String| {
+        let found = boresight::procedures::of_text(Path::new("thin.toml"), text);
+        found.is_ok_and(|found| found.name() == name)
+    };
+    of(format!("{name}-thin.toml"))
+        .or_else(|| of("single-pass-thin.toml".to_owned()).filter(own))
+        .unwrap_or_else(|| procedure.demo())
 }
 
 /// What it said on standard error.

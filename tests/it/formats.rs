@@ -329,7 +329,7 @@ fn damaged_contents() -> Vec<(&'static str, Vec<u8>)> {
 #[test]
 fn no_reader_of_the_table_takes_what_is_no_file_of_its_own() {
     let folder = tempfile::tempdir().expect("folder");
-    for format in formats::FORMATS {
+    for format in boresight::procedures::formats() {
         for extension in format.extensions {
             for (what, bytes) in damaged_contents() {
                 let path = folder.path().join(format!("file.{extension}"));
@@ -352,7 +352,7 @@ fn no_reader_of_the_table_takes_what_is_no_file_of_its_own() {
 fn every_reader_of_the_table_names_a_missing_file_and_a_folder() {
     let folder = tempfile::tempdir().expect("folder");
     let missing = folder.path().join("missing.csv");
-    for format in formats::FORMATS {
+    for format in boresight::procedures::formats() {
         for reader in format.readers {
             for path in [folder.path(), &missing] {
                 let error = reader.probe(path).expect_err("no file");
@@ -365,9 +365,10 @@ fn every_reader_of_the_table_names_a_missing_file_and_a_folder() {
 
 #[test]
 fn a_stream_and_an_extension_lead_to_one_format() {
-    for (k, format) in formats::FORMATS.iter().enumerate() {
+    let all: Vec<_> = boresight::procedures::formats().collect();
+    for (k, format) in all.iter().enumerate() {
         assert!(!format.readers.is_empty() && !format.extensions.is_empty());
-        for other in &formats::FORMATS[k + 1..] {
+        for other in &all[k + 1..] {
             let same_stream = format
                 .readers
                 .iter()
@@ -418,7 +419,7 @@ fn an_unknown_extension_is_told_by_the_content_or_answered_with_the_table() {
 #[test]
 fn the_page_of_formats_is_the_table() {
     let page = include_str!("../../docs/formats.md");
-    let table = formats::registry::markdown();
+    let table = formats::registry::markdown(boresight::procedures::formats());
     assert!(
         page.contains(&table),
         "docs/formats.md should hold\n{table}"
