@@ -22,7 +22,6 @@ use crate::procedures;
 use crate::report::wanted::goals;
 use crate::report::{self, budget as pages};
 use crate::results::{BudgetResult, JOINT};
-use crate::survey::is_survey;
 
 /// Trials of all sources together when the user says nothing and nothing can be propagated.
 const DEFAULT_TRIALS: u64 = 200;
@@ -39,7 +38,7 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
     };
     talk.step(&format!("reading {}", args.scenario.display()));
     let procedure = procedures::of_file(&args.scenario)?;
-    if !read_text(&args.scenario).is_ok_and(|text| is_survey(&text)) {
+    if !procedures::is_survey(&args.scenario, &read_text(&args.scenario)?) {
         return of(&*procedures::scenario(&args.scenario)?.tried()?, args, talk);
     }
     let file = args.scenario.clone();
