@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::keys::{
-    COORDINATE, LASER_TIMES, LEVER_ARM, PROCEDURES, RANGE_SIGMA_M, SIGMA_DEG, SIGMA_DEG_OR_NONE,
-    SIGMA_M, SIGMA_M_OR_NONE,
+    COORDINATE, LASER_TIMES, LEVER_ARM, RANGE_SIGMA_M, SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M,
+    SIGMA_M_OR_NONE,
 };
 use crate::calibrate::large::LargePoolConfig;
 use crate::calibrate::verdict::VerdictConfig;
@@ -31,8 +31,8 @@ section! {
     pub struct SurveyFile {
         /// Name for reports.
         name: String = required, Kind::Text;
-        /// Which calibration.
-        procedure: Procedure = required, Kind::OneOf(PROCEDURES);
+        /// `pool`.
+        procedure: Procedure = required, Kind::OneOf(&["pool"]);
         /// The target and where it is believed to stand.
         target: TargetSection = required, Kind::Table(TargetSection::KEYS);
         /// The INS.

@@ -34,9 +34,6 @@ pub(crate) const LASER_TIMES: Kind = Kind::OneOf(&[
 /// The six parameters of a mounting, as `hold` names them.
 pub(crate) const PARAMETERS: &[&str] = &["pitch", "roll", "yaw", "lx", "ly", "lz"];
 
-/// The procedures that there are; the first is the one of these keys.
-pub(crate) const PROCEDURES: &[&str] = &["pool", "usbl", "rail", "seabed"];
-
 const TARGET_KIND: Key = required("kind", Kind::OneOf(&["pool-wall", "faces"]))
     .about("A wall with two columns of blocks, or any faces.");
 

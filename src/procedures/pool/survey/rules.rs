@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::file::SurveyFile;
 use super::keys;
+use crate::procedures;
 use crate::survey::document::Document;
 use crate::survey::problem::Problem;
 use crate::survey::reading::missing_files;
@@ -137,14 +138,15 @@ const FILES: &[[&str; 2]] = &[
     ["sound_speed", "profile"],
 ];
 
+/// The name, where it is that of another procedure.
+pub(super) fn another(name: &str) -> Option<&str> {
+    (name != "pool" && procedures::find(name).is_some()).then_some(name)
+}
+
 fn other_procedure(document: &Document<'_>) -> Option<Problem> {
-    let procedure = document.string(&["procedure"])?;
-    let (found, expected) = match procedure {
-        "usbl" | "rail" | "seabed" => ("another procedure's survey", "\"pool\""),
-        _ => return None,
-    };
-    let found = format!("\"{procedure}\", {found}");
-    Some(document.problem(&["procedure"], found, expected))
+    let other = another(document.string(&["procedure"])?)?;
+    let found = format!("\"{other}\", another procedure's survey");
+    Some(document.problem(&["procedure"], found, "\"pool\""))
 }
 
 /// What each frame of laser points needs and what it excludes.

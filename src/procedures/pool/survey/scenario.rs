@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::rules::another;
 use crate::calibrate::large::LargePoolConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::FormatError;
@@ -231,11 +232,11 @@ fn other_kind(root: &Spanned<DeTable<'_>>) -> Option<String> {
     let has = |key: &&str| root.get_ref().contains_key(*key);
     let value = root.get_ref().get("procedure");
     let procedure = value.and_then(|v| v.get_ref().as_str());
+    if let Some(other) = procedure.and_then(another) {
+        let words = "for which there are demo, simulate, calibrate, check and budget";
+        return Some(format!("a {other} file (procedure = \"{other}\"), {words}"));
+    }
     match procedure {
-        Some(other @ ("usbl" | "rail")) => {
-            let words = "for which there are demo, simulate, calibrate, check and budget";
-            Some(format!("a {other} file (procedure = \"{other}\"), {words}"))
-        }
         _ if OF_SCENARIO.iter().any(has) => None,
         Some(procedure) => Some(format!(
             "a survey file (procedure = \"{procedure}\", no [[pass]]): what was measured, for `boresight calibrate`"
@@ -344,6 +345,8 @@ mod tests {
         assert!(target[0].starts_with("found a target file"), "{target:?}");
         let usbl = faults_of(&DEMO.replace("procedure = \"pool\"", "procedure = \"usbl\""));
         assert!(usbl[0].starts_with("found a usbl file"), "{}", usbl[0]);
+        let seabed = faults_of(&DEMO.replace("procedure = \"pool\"", "procedure = \"seabed\""));
+        assert!(seabed[0].starts_with("found a seabed file"), "{seabed:?}");
         assert!(from_text(Path::new("s.toml"), DEMO).is_ok());
     }
 
