@@ -1,7 +1,7 @@
 //! The `[verdict]` section of a survey file.
 
 use crate::survey::limits::{ABOVE, Limits, WIDTH, limits};
-use crate::survey::schema::Kind;
+use crate::survey::schema::{Key, Kind};
 use crate::survey::section::section;
 
 /// Codes of the findings that `accept` may name.
@@ -53,6 +53,21 @@ pub const CODES: &[&str] = &[
     "sign_of_ins_heading",
 ];
 
+impl VerdictConfig {
+    /// The keys of a procedure that has findings of its own: `codes` are all that its `accept` may name.
+    #[must_use]
+    pub const fn accepting(codes: &'static [&'static str]) -> [Key; VerdictConfig::KEYS.len()] {
+        let mut keys = [Self::KEYS[0]; VerdictConfig::KEYS.len()];
+        let mut k = 1;
+        while k < keys.len() {
+            keys[k] = Self::KEYS[k];
+            k += 1;
+        }
+        keys[0].kind = Kind::Words(codes);
+        keys
+    }
+}
+
 const VARIANCE: Limits = limits(ABOVE, 1e6, "a factor above 0 and up to 1000000");
 const SHARE: Limits = limits(0.0, 1.0, "a share from 0 to 1");
 
@@ -77,5 +92,18 @@ section! {
         least_share: f64 = or (0.5), Kind::Number(SHARE);
         /// Below this share a finding says so.
         good_share: f64 = or (0.8), Kind::Number(SHARE);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_procedure_with_findings_of_its_own_keeps_every_other_key() {
+        const OWN: [Key; VerdictConfig::KEYS.len()] = VerdictConfig::accepting(&["twist"]);
+        assert!(matches!(OWN[0].kind, Kind::Words(["twist"])));
+        let names = |keys: &[Key]| keys.iter().map(|key| key.name).collect::<Vec<_>>();
+        assert_eq!(names(&OWN), names(VerdictConfig::KEYS));
     }
 }
