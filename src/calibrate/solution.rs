@@ -1,13 +1,14 @@
 //! Mountings, parameters and matrices as they stand in a result, the same for every procedure.
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::metric;
-use crate::adjust::Unit;
+use crate::adjust::{self, Unit};
 use crate::calibrate::quality::readable;
 use crate::geometry::rotation;
 use crate::results::{
-    Angles, Finding, Iteration, MountingAngles, MountingResult, Parameter, Severity, Verdict,
+    Angles, Comparison, Difference, Finding, Iteration, MountingAngles, MountingResult, Parameter,
+    Severity, Status, Verdict,
 };
 
 /// Names of a mounting's six parameters in their order, and what a positive correction means.
@@ -193,6 +194,51 @@ fn list(m: &DMatrix<f64>) -> ByRows {
         .collect()
 }
 
+/// The reference path minus the joint one, in the units of the engine, in the metric of the joint covariance.
+#[must_use]
+pub fn compared(
+    parameters: impl IntoIterator<Item = (String, Unit)>,
+    apart: &[f64],
+    covariance: &DMatrix<f64>,
+) -> Option<Comparison> {
+    let d = DVector::from_column_slice(apart);
+    let (chi_square, degrees, p_value) = metric::chi_square(&d, covariance)?;
+    let difference = |(k, (name, unit)): (usize, (String, Unit))| {
+        let (difference, unit) = readable(apart[k], unit);
+        let variance = covariance[(k, k)];
+        // a parameter that was held has none
+        let sigmas = if variance > 0.0 {
+            apart[k] / variance.sqrt()
+        } else {
+            0.0
+        };
+        Difference {
+            name,
+            unit: unit.to_owned(),
+            difference,
+            in_joint_sigmas: sigmas,
+        }
+    };
+    Some(Comparison {
+        differences: parameters.into_iter().enumerate().map(difference).collect(),
+        chi_square,
+        degrees_of_freedom: degrees as u32,
+        p_value,
+    })
+}
+
+/// How an adjustment ended, as a result says it; one that converged may be refused still.
+#[must_use]
+pub fn status(ended: &adjust::Status, refused: bool) -> Status {
+    match ended {
+        adjust::Status::RankDeficient { .. } => Status::RankDeficient,
+        adjust::Status::Stalled => Status::Stalled,
+        adjust::Status::OutOfIterations => Status::OutOfIterations,
+        adjust::Status::Converged if refused => Status::Refused,
+        adjust::Status::Converged => Status::Converged,
+    }
+}
+
 /// The verdict on a result that a reason refuses, or that nothing refuses.
 #[must_use]
 pub fn verdict(reason: Option<&str>) -> Verdict {
@@ -254,6 +300,21 @@ mod tests {
             );
         }
         assert!((found.heading / sigma[2].to_degrees() - 1.0).abs() > 1e-3);
+    }
+
+    #[test]
+    fn a_held_parameter_differs_by_nothing() {
+        let variances = [1.0, 4.0, 9.0, 0.01, 0.04, 0.0];
+        let covariance = DMatrix::from_diagonal(&DVector::from_column_slice(&variances));
+        let named = MOUNTING_PARAMETERS.map(|(name, unit, _)| (name.to_owned(), unit));
+        let found = compared(named, &[2.0; 6], &covariance).expect("a comparison");
+        let all = &found.differences;
+        assert_eq!((all[1].in_joint_sigmas, all[5].in_joint_sigmas), (1.0, 0.0));
+        assert_eq!(
+            (&*all[1].unit, all[1].difference),
+            ("deg", 2_f64.to_degrees())
+        );
+        assert_eq!(found.degrees_of_freedom, 5);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::vary::{Point, VaryError};
 use crate::adjust::Unit;
 use crate::results::{CovarianceOrigin, SourceDescription, SwathResult};
+use crate::simulate::switches::{Factors, Sourced};
 
 /// Which sources act in a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +22,21 @@ pub enum Acting {
     Only(usize),
     /// All, each observation tied to what it truly struck, as nobody could outside a simulation ([`Tried::knows_true_ties`]).
     AllWithTrueTies,
+}
+
+impl Acting {
+    /// The factors of a scenario's sources in such a trial; `source` tells the one of a place in [`Tried::sources`].
+    #[must_use]
+    pub fn factors<S: Sourced>(self, own: &Factors<S>, source: impl Fn(usize) -> S) -> Factors<S> {
+        match self {
+            Self::All | Self::AllWithTrueTies => own.clone(),
+            Self::None => Factors::none(),
+            Self::Only(place) => {
+                let source = source(place);
+                Factors::none().with(source, own.factor(source))
+            }
+        }
+    }
 }
 
 /// A parameter that the procedure seeks.

@@ -43,15 +43,7 @@ impl RailTrials {
     }
 
     fn sources_of(&self, acting: Acting) -> RailSources {
-        let own = &self.scenario.sources;
-        match acting {
-            Acting::All | Acting::AllWithTrueTies => own.clone(),
-            Acting::None => RailSources::none(),
-            Acting::Only(place) => {
-                let source = self.acting()[place].0;
-                RailSources::none().with(source, own.factor(source))
-            }
-        }
+        acting.factors(&self.scenario.sources, |place| self.acting()[place].0)
     }
 }
 

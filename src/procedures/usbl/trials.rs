@@ -35,15 +35,7 @@ impl UsblTrials {
     }
 
     fn sources_of(&self, acting: Acting) -> Sources {
-        let own = &self.scenario.sources;
-        match acting {
-            Acting::All | Acting::AllWithTrueTies => own.clone(),
-            Acting::None => Sources::none(),
-            Acting::Only(place) => {
-                let source = self.acting()[place].0;
-                Sources::none().with(source, own.factor(source))
-            }
-        }
+        acting.factors(&self.scenario.sources, |place| self.acting()[place].0)
     }
 }
 

@@ -12,19 +12,14 @@ pub use samples::{Outline, ProfileSample, RailSamples, ResidualSample, page, tru
 
 use std::collections::BTreeMap;
 
-use nalgebra::DVector;
-
 use super::joint::RailJoint;
 use super::reference::RailReference;
 use super::run::RailOutcome;
 use super::scene::RailScene;
 use super::trial::{corrections_from, names};
-use crate::calibrate::metric;
-use crate::calibrate::quality::readable;
+use crate::calibrate::solution::compared;
 use crate::formats::week;
-use crate::results::{
-    Calibration, Comparison, Difference, Provenance, SCHEMA, SensorCounts, Solutions,
-};
+use crate::results::{Calibration, Comparison, Provenance, SCHEMA, SensorCounts, Solutions};
 use samples::{paths, rms};
 use solutions::{joint, reference, unit};
 
@@ -161,26 +156,7 @@ fn comparison(outcome: &RailOutcome) -> Option<Comparison> {
     let (by_reference, by_joint) = (usable_reference(outcome)?, usable_joint(outcome)?);
     let found = by_reference.iter().map(|r| &r.mounting);
     let d = corrections_from(found, by_joint.mountings.iter());
-    let (chi_square, degrees, p_value) =
-        metric::chi_square(&DVector::from_vec(d.clone()), &by_joint.covariance)?;
-    let all = names(&outcome.scene.campaign.profilers)
-        .into_iter()
-        .zip(d)
-        .enumerate();
-    let differences = all.map(|(k, (name, value))| {
-        let (difference, unit) = readable(value, unit(k));
-        let in_joint_sigmas = value / by_joint.covariance[(k, k)].sqrt();
-        Difference {
-            name,
-            unit: unit.to_owned(),
-            difference,
-            in_joint_sigmas,
-        }
-    });
-    Some(Comparison {
-        differences: differences.collect(),
-        chi_square,
-        degrees_of_freedom: degrees as u32,
-        p_value,
-    })
+    let names = names(&outcome.scene.campaign.profilers).into_iter();
+    let named = names.enumerate().map(|(k, name)| (name, unit(k)));
+    compared(named, &d, &by_joint.covariance)
 }

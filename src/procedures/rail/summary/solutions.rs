@@ -11,7 +11,7 @@ use super::super::verdict::RailRefusal;
 use super::details::{HausdorffStep, RailJointDetails, RailReferenceDetails, RailReferenceSteps};
 use super::judgement::judged;
 use crate::adjust::{self, Unit};
-use crate::calibrate::solution::{Mounted, iterations, matrices, parameter};
+use crate::calibrate::solution::{Mounted, iterations, matrices, parameter, status};
 use crate::observe::{Mounting, Profiler};
 use crate::results::{Iteration, Parameter, Solution, Status};
 
@@ -110,16 +110,6 @@ fn steps(found: &RailReference, name: &str) -> RailReferenceSteps {
     }
 }
 
-fn status(joint: &RailJoint, refused: bool) -> Status {
-    match &joint.solution.status {
-        adjust::Status::RankDeficient { .. } => Status::RankDeficient,
-        adjust::Status::Stalled => Status::Stalled,
-        adjust::Status::OutOfIterations => Status::OutOfIterations,
-        adjust::Status::Converged if refused => Status::Refused,
-        adjust::Status::Converged => Status::Converged,
-    }
-}
-
 pub(super) fn joint(
     found: &Result<RailJoint, adjust::AdjustError>,
     outcome: &RailOutcome,
@@ -131,7 +121,7 @@ pub(super) fn joint(
     };
     let solution = Solution {
         convergence: convergence(found),
-        ..Solution::without_result(status(found, refused), message)
+        ..Solution::without_result(status(&found.solution.status, refused), message)
     };
     if refused {
         return Ok(solution);

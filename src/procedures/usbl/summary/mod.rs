@@ -10,7 +10,7 @@ pub use details::{
 };
 pub use page::{UsblFixSample, UsblSamples, page, true_values};
 
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, Matrix3};
 
 use super::conditions::{ANGLES, PER_FIX, RANGES};
 use super::joint::{JointOutcome, MOUNTING, SOUGHT, sought};
@@ -20,14 +20,15 @@ use super::verify::BeaconResiduals;
 use super::{UsblInput, UsblOutcome};
 use crate::adjust;
 use crate::calibrate::choices::Method;
-use crate::calibrate::metric;
 use crate::calibrate::quality::{Judged, block_priors, group, named_prior, quality};
-use crate::calibrate::solution::{Mounted, iterations, matrices, mounting_angles, parameter, rows};
+use crate::calibrate::solution::{
+    Mounted, compared, iterations, matrices, mounting_angles, parameter, rows,
+};
 use crate::geometry::rotation;
 use crate::observe::usbl::Role;
 use crate::results::{
-    Calibration, Comparison, Difference, Parameter, Provenance, Quality, SCHEMA, SensorCounts,
-    Solution, Solutions, Status,
+    Calibration, Comparison, Parameter, Provenance, Quality, SCHEMA, SensorCounts, Solution,
+    Solutions, Status,
 };
 /// Name of the sensor whose mounting is sought.
 pub const SENSOR: &str = "transducer";
@@ -329,20 +330,8 @@ fn compare(outcome: &UsblOutcome) -> Option<Comparison> {
     let reference = outcome.reference.as_ref()?.as_ref().ok()?;
     let turn = rotation::log(&(reference.rotation * joint.rotation.transpose()));
     let covariance = joint.covariance.view((0, 0), (3, 3)).into_owned();
-    let d = DVector::from_column_slice(turn.as_slice());
-    let (chi_square, free, p_value) = metric::chi_square(&d, &covariance)?;
-    let difference = |(i, name): (usize, &&str)| Difference {
-        name: (*name).to_owned(),
-        unit: "deg".to_owned(),
-        difference: turn[i].to_degrees(),
-        in_joint_sigmas: turn[i] / covariance[(i, i)].sqrt(),
-    };
-    Some(Comparison {
-        differences: MOUNTING.iter().enumerate().map(difference).collect(),
-        chi_square,
-        degrees_of_freedom: free as u32,
-        p_value,
-    })
+    let named = MOUNTING.map(|name| (name.to_owned(), adjust::Unit::Radian));
+    compared(named, turn.as_slice(), &covariance)
 }
 
 fn verification(outcome: &UsblOutcome) -> Vec<UsblVerification> {
