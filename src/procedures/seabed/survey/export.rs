@@ -63,7 +63,7 @@ fn survey_text(
     let mut root = toml::Table::try_from(write::survey_file(scenario, survey))?;
     root.remove("line");
     root.remove("head");
-    let heave = scenario.trajectory.heights == "heave";
+    let heave = scenario.trajectory.above_water();
     let without: [(&str, &[&str]); 4] = [
         ("site", &["origin", "water_level_m"]),
         ("trajectory", &["path", "lever_arm_m", "heights"]),

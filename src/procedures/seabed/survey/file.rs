@@ -123,6 +123,14 @@ section! {
     }
 }
 
+impl TrajectorySection {
+    /// Whether heights are the heave's, above the water level.
+    #[must_use]
+    pub fn above_water(&self) -> bool {
+        self.heights == "heave"
+    }
+}
+
 section! {
     /// `[sound_speed]`.
     #[derive(Clone, Debug, PartialEq)]

@@ -388,7 +388,7 @@ pub fn scene_of(
     let soundings = soundings((&lines, &file.head_numbers()), observed, casts);
     let tide = Tide {
         curve: tide,
-        lifts: file.trajectory.heights == "heave",
+        lifts: file.trajectory.above_water(),
     };
     let mut scene = Scene {
         heave_m: wave_heave_m(&trajectory, gap_s),

@@ -257,7 +257,7 @@ fn level(
     notes: &mut Vec<String>,
 ) {
     // heights above the ellipsoid have the tide in them, those of the heave have not
-    let above_water = file.trajectory.heights == "heave";
+    let above_water = file.trajectory.above_water();
     let tide_m = |line: &LineSection, t: f64| match above_water {
         true => 0.0,
         false => tide.map_or(line.tide_m, |curve| curve.at(t)),
@@ -309,7 +309,7 @@ fn level(
 
 /// Where the survey file wants the heights from.
 pub(super) fn heights(file: &SeabedSurveyFile) -> Heights {
-    if file.trajectory.heights == "heave" {
+    if file.trajectory.above_water() {
         Heights::Heave
     } else {
         Heights::Ellipsoid

@@ -382,7 +382,7 @@ impl SeabedScenario {
         let heads = (1 + self.head.len()) as f64;
         let of_ping = heads * f64::from(self.multibeam.beams);
         let soundings = seconds * self.multibeam.ping_rate_hz * of_ping;
-        if self.format == "csv" && self.trajectory.heights == "heave" {
+        if self.format == "csv" && self.trajectory.above_water() {
             let fault = "heights from the heave in a CSV, which holds those above the ellipsoid";
             faults.push(fault.to_owned());
         }

@@ -161,7 +161,7 @@ pub fn trajectory(scenario: &SeabedScenario, survey: &Simulated) -> GeodeticTraj
         max_gap_s: t.max_gap_s,
         outside: Outside::Drop,
     };
-    let above_water = t.heights == "heave";
+    let above_water = t.above_water();
     for record in &survey.records {
         let lacks_m = match above_water {
             true => scenario.tide_m(record.time_s),
