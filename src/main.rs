@@ -1,5 +1,7 @@
 //! The command-line program; everything it does is in `boresight::cli`.
 
-fn main() -> std::process::ExitCode {
-    boresight::cli::main()
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    ExitCode::from(boresight::cli::run_code(std::env::args_os()))
 }

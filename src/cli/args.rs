@@ -292,7 +292,7 @@ pub enum Command {
     /// Find out which pass to sail next, and how many are needed
     #[command(
         long_about = "Predict the standard deviations of angles and lever arm after candidate passes, choose which to sail next, and say \
-        how many are needed for a wanted accuracy, or that no number is enough. From a scenario without any data, or from a pool \
+        how many are needed for a wanted accuracy, or that no number is enough. From a scenario without any data, or from a \
         survey that was sailed.",
         after_long_help = PLAN_AFTER
     )]

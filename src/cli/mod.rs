@@ -29,7 +29,6 @@ mod talk;
 mod template;
 
 use std::ffi::OsString;
-use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
 
@@ -48,22 +47,10 @@ enum Ending {
     Interrupted,
 }
 
-/// Runs the program on the arguments of the process.
-#[must_use]
-pub fn main() -> ExitCode {
-    run(std::env::args_os())
-}
-
 /// Runs the program on some arguments, the first being its name.
 ///
 /// Exit codes: 0 usable result, 1 none was found by solving, 2 bad usage or bad input,
 /// 130 stopped by Ctrl-C.
-#[must_use]
-pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    ExitCode::from(run_code(arguments))
-}
-
-/// As [`run`], with the exit code as a number, for programs that are started otherwise than by a shell.
 #[must_use]
 pub fn run_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {

@@ -169,7 +169,7 @@ fn faults(module: &str, source: &str) -> Vec<String> {
     faults
 }
 
-fn sources(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -187,7 +187,9 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 fn module_of(relative: &Path) -> String {
     let mut parts = relative.iter();
     if parts.next().is_some_and(|p| p == "procedures")
-        && parts.nth(1).is_some_and(|p| p == "simulate")
+        && parts
+            .nth(1)
+            .is_some_and(|p| p == "simulate" || p == "simulate.rs")
     {
         return "casting".to_owned();
     }
@@ -263,7 +265,7 @@ fn a_descending_import_is_not() {
             "georef",
             "//! See `crate::target`.\n/// crate::target\nuse mycrate::target::T;",
         ),
-        ("main", "fn main() { boresight::cli::run() }"),
+        ("main", "fn main() { boresight::cli::run_code() }"),
         ("simulate", "use crate::target::Face;"),
         ("survey", "use crate::{results, formats, units::degrees};"),
     ] {
