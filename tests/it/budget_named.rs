@@ -335,17 +335,15 @@ fn ctrl_c_keeps_what_is_done_for_every_procedure() {
 #[test]
 fn joined_parts_are_one_run_for_every_procedure() {
     let folder = tempfile::tempdir().expect("folder");
-    for (name, vary, single) in [
-        (
-            "single-pass-thin.toml",
-            "multibeam.range_sigma_m=0.01,0.02",
-            "",
-        ),
-        ("usbl-thin.toml", "", "2"),
-        ("rail-thin.toml", "", ""),
-        ("seabed-thin.toml", "", ""),
-    ] {
-        let file = scenario(name);
+    for procedure in boresight::procedures::ALL {
+        let name = procedure.name();
+        let (vary, single) = match name {
+            "pool" => ("multibeam.range_sigma_m=0.01,0.02", ""),
+            "usbl" => ("", "2"),
+            _ => ("", ""),
+        };
+        let file = folder.path().join(format!("{name}.toml"));
+        std::fs::write(&file, crate::common::thin(*procedure)).expect("written");
         let of = |out: &str| folder.path().join(format!("{name}-{out}"));
         let run = |out: &str, words: &[&str]| {
             let (file, to) = (file.to_string_lossy(), of(out));

@@ -62,7 +62,10 @@ mod seabed;
 #[cfg(feature = "cli")]
 mod seabed_dual;
 mod seabed_tide;
+#[cfg(feature = "cli")]
+mod seam;
 mod sequential_path;
+mod shape;
 mod simulate;
 mod simulate_rays;
 mod spheres;

@@ -6,9 +6,12 @@ use std::process::Command;
 
 use crate::common::{run, simulated, words};
 
+fn page_path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
 fn page(name: &str) -> String {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
-    std::fs::read_to_string(file).expect("a page")
+    std::fs::read_to_string(page_path(name)).expect("a page")
 }
 
 /// The blocks of a kind, in order.
@@ -39,7 +42,7 @@ fn commands(page: &str) -> Vec<String> {
 /// Words that stand for what a user types.
 fn typed(word: &str) -> &str {
     match word {
-        "NAME" | "PROCEDURE" => "pool",
+        "NAME" | "PROCEDURE" => boresight::procedures::names()[0],
         "N" => "3",
         "KEY=a,b,c" => "k=1,2",
         word => word.trim_matches('\''),
@@ -50,7 +53,18 @@ fn typed(word: &str) -> &str {
 #[test]
 fn every_command_of_the_pages_is_taken() {
     let folder = tempfile::tempdir().expect("folder");
-    let names = ["pool", "usbl", "rail", "seabed"].map(|n| format!("docs/tutorials/{n}.md"));
+    let tutorials = std::fs::read_dir(page_path("docs/tutorials")).expect("the folder");
+    let mut names: Vec<String> = tutorials
+        .map(|file| {
+            file.expect("a file")
+                .file_name()
+                .to_string_lossy()
+                .into_owned()
+        })
+        .filter(|name| name.ends_with(".md"))
+        .map(|name| format!("docs/tutorials/{name}"))
+        .collect();
+    names.sort();
     let others = [
         "README.md",
         "docs/recipes.md",

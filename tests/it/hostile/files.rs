@@ -3,7 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
+use boresight::procedures;
+
 use super::{ROOT, accepted, fixture, names, refused, survey_folder};
+use crate::common::thin;
 
 #[test]
 fn a_slip_of_the_pen_costs_neither_time_nor_memory() {
@@ -92,17 +95,17 @@ fn refused_soon(folder: &Path, arguments: &[&str]) -> String {
 #[cfg(unix)]
 #[test]
 fn no_procedure_waits_for_a_pipe() {
-    for scenario in ["single-pass-thin", "usbl-thin", "rail-thin", "seabed-thin"] {
+    for procedure in procedures::ALL {
+        let scenario = procedure.name();
         let folder = tempfile::tempdir().expect("folder");
-        let text = fixture(&format!("models/scenarios/{scenario}.toml"));
-        std::fs::write(folder.path().join("scenario.toml"), text).expect("written");
+        std::fs::write(folder.path().join("scenario.toml"), thin(*procedure)).expect("written");
         accepted(folder.path(), &["simulate", "scenario.toml", "--out", "s"]);
         let survey = folder.path().join("s");
         let text = std::fs::read_to_string(survey.join("survey.toml")).expect("text");
         let inputs = names(&survey);
         let inputs = inputs.iter().filter(|n| text.contains(&format!("\"{n}\"")));
         let inputs: Vec<&String> = inputs.collect();
-        assert!(inputs.len() > 1, "{scenario}: {text}");
+        assert!(!inputs.is_empty(), "{scenario}: {text}");
         for input in inputs {
             let (path, kept) = (survey.join(input), folder.path().join("kept"));
             std::fs::rename(&path, &kept).expect("renamed");
