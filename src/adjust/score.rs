@@ -10,6 +10,8 @@
 //! Under a kernel the weights of the solution are used; for normal residuals and Huber's kernel with bend 2 that makes `T` about 7 %
 //! too small, so the test errs towards saying nothing.
 
+use std::ops::Range;
+
 use crate::math;
 use crate::math::dense::product;
 use crate::stats::ChiSquare;
@@ -37,6 +39,19 @@ pub trait ScoreColumns: Sync {
     /// with the misclosure, and where little of a suspect's information is left beside the parameters that small common part is
     /// all there is (seen: a range offset of 15.7 +- 2.3 mm on a right survey, from dividing by the measured range).
     fn derive(&self, k: usize, at: &Solved<'_>, row: &Row, push: &mut dyn FnMut(usize, f64));
+
+    /// The same of a range of conditions, `push` also told which of the range it is of. Override it to hoist what the conditions share.
+    fn derive_range(
+        &self,
+        range: Range<usize>,
+        at: &Solved<'_>,
+        rows: &[Row],
+        push: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        for ((i, k), row) in range.enumerate().zip(rows) {
+            self.derive(k, at, row, &mut |column, value| push(i, column, value));
+        }
+    }
 }
 
 /// Where derivatives are wanted.
@@ -182,20 +197,17 @@ struct Extended<'a> {
 }
 
 impl Extended<'_> {
-    fn append(&self, k: usize, at: &Solved, row: &mut Row) {
+    fn append(&self, range: Range<usize>, at: &Solved, rows: &mut [Row]) {
         let Some(further) = self.further else { return };
-        let (mut count, mut found) = (0, [(0, 0.0); MAX_COLUMNS]);
-        further.derive(k, at, row, &mut |column, value| {
-            if let Some(place) = found.get_mut(count) {
-                *place = (column, value);
-            }
-            count += 1;
+        let mut found = Vec::with_capacity(rows.len() * MAX_COLUMNS);
+        further.derive_range(range, at, rows, &mut |i, column, value| {
+            found.push((i, column, value));
         });
-        if count > MAX_COLUMNS {
-            row.misclosure = f64::NAN;
+        for (i, column, value) in found {
+            if let Some(row) = rows.get_mut(i) {
+                row.push(self.first + column, value);
+            }
         }
-        let found = found.iter().take(count);
-        found.for_each(|(column, value)| row.push(self.first + column, *value));
     }
 }
 
@@ -218,12 +230,12 @@ impl Conditions for Extended<'_> {
             parameters: x,
             chain,
         };
-        self.append(k, &at, row);
+        self.append(k..k + 1, &at, std::slice::from_mut(row));
     }
 
     fn linearise_range(
         &self,
-        range: std::ops::Range<usize>,
+        range: Range<usize>,
         x: &ParameterSet,
         chain: Option<&ChainState>,
         rows: &mut [Row],
@@ -233,9 +245,7 @@ impl Conditions for Extended<'_> {
             parameters: x,
             chain,
         };
-        range
-            .zip(rows)
-            .for_each(|(k, row)| self.append(k, &at, row));
+        self.append(range, &at, rows);
     }
 }
 

@@ -85,14 +85,18 @@ impl<'a> Planes<'a> {
         }
     }
 
-    fn of(&mut self, face: u16) -> Option<Plane> {
-        if let Some((_, plane)) = self.last.filter(|(known, _)| *known == face) {
-            return Some(plane);
+    fn of(&mut self, face: u16) -> Option<&Plane> {
+        if self.last.as_ref().is_none_or(|(known, _)| *known != face) {
+            self.last = Some((face, self.faces.get(face as usize)?.as_ref()?.at(self.x)));
         }
-        let plane = self.faces.get(face as usize)?.as_ref()?.at(self.x);
-        self.last = Some((face, plane));
-        Some(plane)
+        self.last.as_ref().map(|(_, plane)| plane)
     }
+}
+
+/// What the conditions of one sensor share at some parameters: its mounting, and the planes.
+pub(super) struct Eyes<'a> {
+    mounting: Mounting,
+    planes: Planes<'a>,
 }
 
 /// Where a mounting lives in the parameters.
@@ -201,6 +205,47 @@ pub(super) fn motion(trajectory: &Trajectory, time_s: f64) -> Option<Motion> {
     })
 }
 
+/// The body's motion, worked out at the records and taken linearly between them: of the records about the last moment asked for it is known.
+pub(super) struct Motions<'a> {
+    trajectory: &'a Trajectory,
+    about: Option<(u32, [Motion; 2])>,
+}
+
+impl<'a> Motions<'a> {
+    pub(super) fn of(trajectory: &'a Trajectory) -> Self {
+        Self {
+            trajectory,
+            about: None,
+        }
+    }
+
+    /// The motion at a moment; `None` where the trajectory tells none.
+    pub(super) fn at(&mut self, pose: &PoseSample) -> Option<Motion> {
+        let record = pose.record;
+        if self
+            .about
+            .as_ref()
+            .is_none_or(|(known, _)| *known != record)
+        {
+            let times_s = self.trajectory.times_s().get(record as usize..)?;
+            let [first_s, second_s, ..] = *times_s else {
+                return None;
+            };
+            let about = [first_s, second_s].map(|time_s| motion(self.trajectory, time_s));
+            let [Some(first), Some(second)] = about else {
+                return None;
+            };
+            self.about = Some((record, [first, second]));
+        }
+        let (_, [before, after]) = self.about.as_ref()?;
+        let (w0, w1) = (pose.weight_before, 1.0 - pose.weight_before);
+        Some(Motion {
+            velocity: before.velocity * w0 + after.velocity * w1,
+            rate: before.rate * w0 + after.rate * w1,
+        })
+    }
+}
+
 /// Mean velocity and rate between `half_s` before and after; from the moment itself where the trajectory begins or ends.
 fn moved(trajectory: &Trajectory, time_s: f64, half_s: f64) -> Option<Motion> {
     let at = |shift_s: f64| {
@@ -253,10 +298,11 @@ impl SoundingConditions<'_> {
     fn sight(
         &self,
         tie: Tie,
-        (mounting, planes): (&Mounting, &mut Planes),
+        Eyes { mounting, planes }: &mut Eyes,
         chain: Option<&ChainState>,
     ) -> Option<SoundingSight> {
-        let (plane, x) = (planes.of(tie.face)?, planes.x);
+        let x = planes.x;
+        let plane = planes.of(tie.face)?;
         let latency_s = self.latency_s(x);
         let pose = self.scene.sounding_pose(tie.row as usize, latency_s)?;
         let seen = if latency_s == self.latency_at_start_s {
@@ -276,9 +322,9 @@ impl SoundingConditions<'_> {
             ..moment
         };
         moment.position_m.z += lift_m;
-        let mut sight = Sight::new(&plane, &pose, moment, interval);
+        let mut sight = Sight::new(plane, &pose, moment, interval);
         let in_sensor = mounting.rotation.tr_mul(&sight.in_body);
-        let base_m = sight.base_m(&plane, mounting);
+        let base_m = sight.base_m(plane, mounting);
         let noise = self.scene.sounding_noise(tie.row as usize);
         let adjusted = adjust_beam(&beam, &noise, &in_sensor, base_m);
         sight.reach(mounting, &adjusted.partials.vector_m);
@@ -288,7 +334,6 @@ impl SoundingConditions<'_> {
             weight_before: seen.weight_before,
             pose,
             sight,
-            plane,
             in_sensor,
             adjusted,
         })
@@ -334,19 +379,19 @@ impl SoundingConditions<'_> {
     fn fill(
         &self,
         tie: Tie,
-        (mounting, planes): (&Mounting, &mut Planes),
+        eyes: &mut Eyes,
         chain: Option<&ChainState>,
         row: &mut Row,
     ) -> Option<()> {
-        let x = planes.x;
-        let seen = self.sight(tie, (mounting, planes), chain)?;
+        let x = eyes.planes.x;
+        let seen = self.sight(tie, eyes, chain)?;
         let sight = &seen.sight;
         row.misclosure = seen.adjusted.misclosure;
         row.variance = seen.adjusted.variance;
-        let by_turn = sight.by_turn() + self.turn_beyond(tie, &seen, mounting);
+        let by_turn = sight.by_turn() + self.turn_beyond(tie, &seen, &eyes.mounting);
         row.extend(x.offset(self.mounting.rotation), by_turn.as_slice());
         row.extend(x.offset(self.mounting.lever_arm), sight.in_body.as_slice());
-        seen.plane.derive(&sight.point_m, row);
+        eyes.planes.of(tie.face)?.derive(&sight.point_m, row);
         if let Some(id) = self.latency {
             let motion = motion(&self.scene.trajectory, seen.stamp_s)?;
             row.push(x.offset(id), sight.by_delay(&motion));
@@ -362,19 +407,22 @@ impl SoundingConditions<'_> {
         Some(())
     }
 
-    /// What condition `k` sees at these parameters, for columns that the model has not.
+    /// What the conditions share at these parameters.
+    pub(super) fn eyes<'a>(&'a self, x: &'a ParameterSet) -> Eyes<'a> {
+        Eyes {
+            mounting: self.mounting.at(x),
+            planes: Planes::new(self.planes, x),
+        }
+    }
+
+    /// What condition `k` sees, for columns that the model has not.
     pub(super) fn seen(
         &self,
         k: usize,
-        x: &ParameterSet,
+        eyes: &mut Eyes,
         chain: Option<&ChainState>,
     ) -> Option<SoundingSight> {
-        let mut planes = Planes::new(self.planes, x);
-        self.sight(
-            self.ties.get(k)?,
-            (&self.mounting.at(x), &mut planes),
-            chain,
-        )
+        self.sight(self.ties.get(k)?, eyes, chain)
     }
 }
 
@@ -440,7 +488,6 @@ impl Sight {
 /// A sounding's condition.
 pub(super) struct SoundingSight {
     pub(super) sight: Sight,
-    plane: Plane,
     /// Normal of the plane in the sensor's frame.
     pub(super) in_sensor: Vector3<f64>,
     pub(super) adjusted: AdjustedBeam,
@@ -449,21 +496,21 @@ pub(super) struct SoundingSight {
     /// When it was, seconds.
     pub(super) stamp_s: f64,
     /// Where the body was by then, as recorded.
-    pose: PoseSample,
+    pub(super) pose: PoseSample,
     weight_before: f64,
 }
 
 /// A laser return's condition.
 pub(super) struct ReturnSight {
     pub(super) sight: Sight,
-    plane: Plane,
     misclosure: f64,
     variance: f64,
     /// Derivative by the range.
     pub(super) by_range: f64,
     /// When it was, seconds.
     pub(super) stamp_s: f64,
-    weight_before: f64,
+    /// Where the body was by then, as recorded.
+    pub(super) pose: PoseSample,
 }
 
 /// A beam at its adjusted observations.
@@ -539,14 +586,10 @@ impl Conditions for SoundingConditions<'_> {
         chain: Option<&ChainState>,
         rows: &mut [Row],
     ) {
-        let mounting = self.mounting.at(x);
-        let mut planes = Planes::new(self.planes, x);
+        let mut eyes = self.eyes(x);
         for (tie, row) in self.ties.from(range.start).zip(rows) {
             row.clear();
-            if self
-                .fill(tie, (&mounting, &mut planes), chain, row)
-                .is_none()
-            {
+            if self.fill(tie, &mut eyes, chain, row).is_none() {
                 row.misclosure = f64::NAN;
             }
         }
@@ -573,33 +616,27 @@ pub struct ReturnConditions<'a> {
 }
 
 impl ReturnConditions<'_> {
-    fn mounting(&self, x: &ParameterSet) -> Mounting {
-        self.scanner
-            .map_or(self.scene.campaign.scanner, |blocks| blocks.at(x))
-    }
-
     fn fill(
         &self,
         tie: Tie,
-        (mounting, planes): (&Mounting, &mut Planes),
+        eyes: &mut Eyes,
         chain: Option<&ChainState>,
         row: &mut Row,
     ) -> Option<()> {
-        let x = planes.x;
-        let plane = planes.of(tie.face)?;
+        let x = eyes.planes.x;
         if let Some(point) = self.scene.laser_fixed_point(tie.row as usize) {
-            self.fill_fixed(&point, &plane, row);
+            self.fill_fixed(&point, eyes.planes.of(tie.face)?, row);
             return Some(());
         }
-        let seen = self.sight(tie, (mounting, planes), chain)?;
+        let seen = self.sight(tie, eyes, chain)?;
         let sight = &seen.sight;
         (row.misclosure, row.variance) = (seen.misclosure, seen.variance);
-        seen.plane.derive(&sight.point_m, row);
+        eyes.planes.of(tie.face)?.derive(&sight.point_m, row);
         if let Some(blocks) = self.scanner {
             row.extend(x.offset(blocks.rotation), sight.by_turn().as_slice());
             row.extend(x.offset(blocks.lever_arm), sight.in_body.as_slice());
         }
-        self.trajectory.finish(sight, seen.weight_before, row);
+        self.trajectory.finish(sight, seen.pose.weight_before, row);
         Some(())
     }
 
@@ -607,7 +644,7 @@ impl ReturnConditions<'_> {
     fn sight(
         &self,
         tie: Tie,
-        (mounting, planes): (&Mounting, &mut Planes),
+        Eyes { mounting, planes }: &mut Eyes,
         chain: Option<&ChainState>,
     ) -> Option<ReturnSight> {
         let plane = planes.of(tie.face)?;
@@ -616,33 +653,40 @@ impl ReturnConditions<'_> {
         let interval = self.trajectory.interval(pose.record);
         let u = scan.point(tie.row as usize);
         let moment = self.trajectory.moment(&pose, interval, chain);
-        let mut sight = Sight::new(&plane, &pose, moment, interval);
+        let mut sight = Sight::new(plane, &pose, moment, interval);
         let in_sensor = mounting.rotation.tr_mul(&sight.in_body);
         let gain = return_gain(&scan.noise, &u, &in_sensor);
         let variance = gain.norm_squared();
-        let misclosure = sight.base_m(&plane, mounting) + in_sensor.dot(&u);
+        let misclosure = sight.base_m(plane, mounting) + in_sensor.dot(&u);
         let adjusted = u - return_product(&scan.noise, &u, &gain) * (misclosure / variance);
         sight.reach(mounting, &adjusted);
         Some(ReturnSight {
             by_range: in_sensor.dot(&adjusted) / adjusted.norm().max(1e-9),
             stamp_s: scan.time_s[tie.row as usize],
-            weight_before: pose.weight_before,
+            pose,
             sight,
-            plane,
             misclosure,
             variance,
         })
     }
 
-    /// What condition `k` sees at these parameters, for columns that the model has not.
+    /// What the conditions share at these parameters.
+    pub(super) fn eyes<'a>(&'a self, x: &'a ParameterSet) -> Eyes<'a> {
+        let stated = self.scene.campaign.scanner;
+        Eyes {
+            mounting: self.scanner.map_or(stated, |blocks| blocks.at(x)),
+            planes: Planes::new(self.planes, x),
+        }
+    }
+
+    /// What condition `k` sees, for columns that the model has not.
     pub(super) fn seen(
         &self,
         k: usize,
-        x: &ParameterSet,
+        eyes: &mut Eyes,
         chain: Option<&ChainState>,
     ) -> Option<ReturnSight> {
-        let mut planes = Planes::new(self.planes, x);
-        self.sight(self.ties.get(k)?, (&self.mounting(x), &mut planes), chain)
+        self.sight(self.ties.get(k)?, eyes, chain)
     }
 
     /// A return that came already georeferenced: isotropic noise, no trajectory.
@@ -690,16 +734,48 @@ impl Conditions for ReturnConditions<'_> {
         chain: Option<&ChainState>,
         rows: &mut [Row],
     ) {
-        let mounting = self.mounting(x);
-        let mut planes = Planes::new(self.planes, x);
+        let mut eyes = self.eyes(x);
         for (tie, row) in self.ties.from(range.start).zip(rows) {
             row.clear();
-            if self
-                .fill(tie, (&mounting, &mut planes), chain, row)
-                .is_none()
-            {
+            if self.fill(tie, &mut eyes, chain, row).is_none() {
                 row.misclosure = f64::NAN;
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::rotation::from_attitude;
+
+    /// A boat that rolls and heaves once in five seconds, recorded ten times a second.
+    fn rolling() -> Trajectory {
+        let time_s: Vec<f64> = (0..100).map(|k| 0.1 * f64::from(k)).collect();
+        let phase = |t: &f64| std::f64::consts::TAU * t / 5.0;
+        let position = |t: &f64| Vector3::new(0.0, 2.0 * t, 0.3 * crate::math::sin(phase(t)));
+        let attitude = |t: &f64| from_attitude(0.1 * crate::math::cos(phase(t)), 0.0, 0.0);
+        let (positions, attitudes) = (
+            time_s.iter().map(position).collect(),
+            time_s.iter().map(attitude).collect(),
+        );
+        Trajectory::new(time_s, positions, attitudes, None, 1.0)
+    }
+
+    /// At the records the motion is the one worked out there; half way between, the curvature of a wave of five seconds, `h^2 / 8 (2 pi / 5)^2`
+    /// of its speed, is 0.2 %.
+    #[test]
+    fn motion_between_records_is_linear() {
+        let trajectory = rolling();
+        let mut motions = Motions::of(&trajectory);
+        for (time_s, tolerance) in [(4.0, 1e-9), (4.05, 0.004), (6.0, 1e-9), (6.05, 0.004)] {
+            let pose = trajectory.pose_at(time_s).expect("within");
+            let found = motions.at(&pose).expect("a motion");
+            let expected = motion(&trajectory, time_s).expect("a motion");
+            let apart = (found.velocity - expected.velocity).norm();
+            assert!(apart <= tolerance * 0.38, "{time_s} {apart}");
+            let apart = (found.rate - expected.rate).norm();
+            assert!(apart <= tolerance * 0.13, "{time_s} {apart}");
         }
     }
 }

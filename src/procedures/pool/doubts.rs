@@ -14,14 +14,16 @@
 //! | scale of the beam angle | `angle b . R_m du/dangle` |
 //! | a face off its plane | `-1` |
 
+use std::ops::Range;
+
 use nalgebra::{Matrix3, Vector3};
 
-use super::conditions::{ReturnConditions, Sight, SoundingConditions, motion};
+use super::conditions::{Eyes, Motion, Motions, ReturnConditions, Sight, SoundingConditions};
 use super::joint::Blocks;
 use super::planes::PASS_GAP_S;
 use super::scene::Scene;
 use super::ties::TieSet;
-use crate::adjust::{Component, Row, ScoreColumns, Solved, Unit};
+use crate::adjust::{ChainState, Component, Row, ScoreColumns, Solved, Unit};
 use crate::calibrate::verdict::doubts::append;
 use crate::calibrate::verdict::{Alternative, Doubt};
 use crate::geometry::rotation::{from_attitude, log, to_attitude};
@@ -305,19 +307,24 @@ impl<'a> Doubts<'a> {
         }
     }
 
-    /// Derivative by the delay of the stamps, metres per second; zero at the ends of the trajectory.
-    fn late(&self, sight: &Sight, stamp_s: f64) -> f64 {
-        motion(&self.scene.trajectory, stamp_s).map_or(0.0, |motion| sight.by_delay(&motion))
-    }
-
-    fn sounding(&self, k: usize, at: &Solved, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
-        let seen = self.soundings.seen(k, at.parameters, at.chain)?;
+    fn sounding(
+        &self,
+        k: usize,
+        chain: Option<&ChainState>,
+        Look { eyes, motions }: &mut Look,
+        push: &mut dyn FnMut(usize, f64),
+    ) -> Option<()> {
+        let seen = self.soundings.seen(k, eyes, chain)?;
         let tie = self.soundings.ties.get(k)?;
         let (sight, columns) = (&seen.sight, &self.columns);
         let by_beam = seen.adjusted.partials.jacobian.tr_mul(&seen.in_sensor);
         let [across_rad, ..] = self.scene.campaign.soundings.measured(tie.row as usize);
         let gradient = || -seen.by_range * (sight.rotation * sight.turned).z / 20.0;
-        push_one(columns.latency, || self.late(sight, seen.stamp_s), push);
+        push_one(
+            columns.latency,
+            || late(sight, motions.at(&seen.pose)),
+            push,
+        );
         push_one(columns.range_scale, || seen.by_range, push);
         push_one(columns.range_offset, || by_beam.x, push);
         let across_rad = across_rad + seen.adjusted.correction.y;
@@ -330,15 +337,21 @@ impl<'a> Doubts<'a> {
         Some(())
     }
 
-    fn of_return(&self, k: usize, at: &Solved, push: &mut dyn FnMut(usize, f64)) -> Option<()> {
+    fn of_return(
+        &self,
+        k: usize,
+        chain: Option<&ChainState>,
+        Look { eyes, motions }: &mut Look,
+        push: &mut dyn FnMut(usize, f64),
+    ) -> Option<()> {
         let face = self.returns.ties.get(k)?.face;
         if !self.scene.laser_uses_trajectory() {
             self.face(face, push);
             return Some(());
         }
-        let seen = self.returns.seen(k, at.parameters, at.chain)?;
+        let seen = self.returns.seen(k, eyes, chain)?;
         let (sight, columns) = (&seen.sight, &self.columns);
-        let late = || self.late(sight, seen.stamp_s);
+        let late = || late(sight, motions.at(&seen.pose));
         push_one(columns.returns_latency, late, push);
         push_one(columns.returns_range, || seen.by_range, push);
         if let Some(first) = columns.scanner {
@@ -361,7 +374,18 @@ impl<'a> Doubts<'a> {
     }
 }
 
-fn push_one(column: Option<usize>, value: impl Fn() -> f64, push: &mut dyn FnMut(usize, f64)) {
+/// What the columns of neighbouring conditions share.
+struct Look<'a> {
+    eyes: Eyes<'a>,
+    motions: Motions<'a>,
+}
+
+/// Derivative by the delay of the stamps, metres per second; zero at the ends of the trajectory.
+fn late(sight: &Sight, motion: Option<Motion>) -> f64 {
+    motion.map_or(0.0, |motion| sight.by_delay(&motion))
+}
+
+fn push_one(column: Option<usize>, value: impl FnOnce() -> f64, push: &mut dyn FnMut(usize, f64)) {
     if let Some(column) = column {
         push(column, value());
     }
@@ -418,8 +442,26 @@ fn mounting_components() -> Vec<Component> {
 pub struct OfSoundings<'a>(&'a Doubts<'a>);
 
 impl ScoreColumns for OfSoundings<'_> {
-    fn derive(&self, k: usize, at: &Solved, _: &Row, push: &mut dyn FnMut(usize, f64)) {
-        let _ = self.0.sounding(k, at, push);
+    fn derive(&self, k: usize, at: &Solved, row: &Row, push: &mut dyn FnMut(usize, f64)) {
+        let one = |_: usize, column, value| push(column, value);
+        self.derive_range(k..k + 1, at, std::slice::from_ref(row), &mut { one });
+    }
+
+    fn derive_range(
+        &self,
+        range: Range<usize>,
+        at: &Solved,
+        _: &[Row],
+        push: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        let mut look = Look {
+            eyes: self.0.soundings.eyes(at.parameters),
+            motions: Motions::of(&self.0.scene.trajectory),
+        };
+        for (i, k) in range.enumerate() {
+            let push = &mut |column, value| push(i, column, value);
+            let _ = self.0.sounding(k, at.chain, &mut look, push);
+        }
     }
 }
 
@@ -427,8 +469,26 @@ impl ScoreColumns for OfSoundings<'_> {
 pub struct OfReturns<'a>(&'a Doubts<'a>);
 
 impl ScoreColumns for OfReturns<'_> {
-    fn derive(&self, k: usize, at: &Solved, _: &Row, push: &mut dyn FnMut(usize, f64)) {
-        let _ = self.0.of_return(k, at, push);
+    fn derive(&self, k: usize, at: &Solved, row: &Row, push: &mut dyn FnMut(usize, f64)) {
+        let one = |_: usize, column, value| push(column, value);
+        self.derive_range(k..k + 1, at, std::slice::from_ref(row), &mut { one });
+    }
+
+    fn derive_range(
+        &self,
+        range: Range<usize>,
+        at: &Solved,
+        _: &[Row],
+        push: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        let mut look = Look {
+            eyes: self.0.returns.eyes(at.parameters),
+            motions: Motions::of(&self.0.scene.trajectory),
+        };
+        for (i, k) in range.enumerate() {
+            let push = &mut |column, value| push(i, column, value);
+            let _ = self.0.of_return(k, at.chain, &mut look, push);
+        }
     }
 }
 
