@@ -1,7 +1,7 @@
 //! Does a part of the observations scatter as stated? Tests of weighted sums of squares that hold under a kernel too.
 //!
 //! A sum `s = sum w(u) u^2` over normalised residuals has, for normal ones, the mean `kappa n` and the variance
-//! `n (E[w^2 u^4] - kappa^2)`, `kappa = E[w u^2]`; with redundancy numbers in place of `n` (`docs/verdict.md`).
+//! `n (E[w^2 u^4] - kappa^2)`, `kappa = E[w u^2]`; with redundancy numbers in place of `n` (`docs/verdict-measured.md`).
 
 use super::error::AdjustError;
 use super::kernel::Kernel;

@@ -106,4 +106,16 @@ mod tests {
         let names = |keys: &[Key]| keys.iter().map(|key| key.name).collect::<Vec<_>>();
         assert_eq!(names(&OWN), names(VerdictConfig::KEYS));
     }
+
+    #[test]
+    fn the_page_of_the_verdict_says_what_to_do_on_every_finding() {
+        let page = include_str!("../../../docs/verdict.md");
+        for code in CODES {
+            let row = page
+                .lines()
+                .filter(|line| line.starts_with('|'))
+                .find(|line| line.contains(&format!("`{code}` *")));
+            assert!(row.is_some(), "docs/verdict.md has no row of `{code}` *");
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! Unknowns that the joint path could have and has not: the columns of their score tests (`docs/verdict.md`).
+//! Unknowns that the joint path could have and has not: the columns of their score tests (`docs/verdict-measured.md`).
 //!
 //! A column is the derivative of a condition `n . X - d = 0` by the unknown, at the solution. With the body's pose `R`, the face's normal
 //! in the body `b = R^T n` and `a = arm x b` (a turn of the body in its own axes moves the point along the normal by `a`):

@@ -1,4 +1,4 @@
-//! Unknowns that the rail's joint path could have and has not: the columns of their score tests (`docs/verdict.md`).
+//! Unknowns that the rail's joint path could have and has not: the columns of their score tests (`docs/verdict-measured.md`).
 //!
 //! A point's condition is `g = n . D^T A (R u + l - v) + ...`; with the level frame's normal `n` of its element:
 //!

@@ -1,4 +1,4 @@
-//! Unknowns that the joint path could have and has not: the columns of their score tests (`docs/verdict.md`).
+//! Unknowns that the joint path could have and has not: the columns of their score tests (`docs/verdict-measured.md`).
 //!
 //! | unknown | moves a sounding by |
 //! |---|---|
@@ -180,7 +180,7 @@ impl System {
 /// Chi-square up to which a doubt is a finding only: the first where the soundings tell that their noise is as claimed, the other elsewhere.
 ///
 /// Over right surveys whose noise is as claimed the statistics scatter as chi-square, those of the headings a third wider: the largest of some
-/// 3000 on Matern, power-law, wavy and bouldered ground was 18 (`docs/verdict.md`). Where a claim has the wrong shape (twice as much noise on the
+/// 3000 on Matern, power-law, wavy and bouldered ground was 18 (`docs/verdict-measured.md`). Where a claim has the wrong shape (twice as much noise on the
 /// outer beams as there is), one line's place had 49 without being off.
 const CERTAIN: [f64; 2] = [25.0, 50.0];
 
