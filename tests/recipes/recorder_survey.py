@@ -514,27 +514,27 @@ def crc32(data):
 
 
 def novatel(lines, folder):
-    week, begin = divmod(DAY + LEAP - 315964800, 604800)
+    week_0, begin = divmod(DAY + LEAP - 315964800, 604800)
     with open(f"{folder}/ins.gps", "wb") as file:
         for n in lines:
             for q in range(len(n.t)):
-                seconds = begin + n.t[q]
+                week, seconds = divmod(week_0 * 604800 + begin + n.t[q], 604800)
                 east, north, up = n.velocity[q]
-                body = struct.pack("<Iddddddd", week, seconds, n.latitude[q], n.longitude[q], n.height[q], north, east, up)
+                body = struct.pack("<Iddddddd", int(week), seconds, n.latitude[q], n.longitude[q], n.height[q], north, east, up)
                 body += struct.pack("<dddI", n.roll[q] / DEG, n.pitch[q] / DEG, n.heading[q] / DEG % 360, 3)
-                whole = struct.pack("<3BBHHI", 0xAA, 0x44, 0x13, len(body), 508, week, round(seconds * 1000)) + body
+                whole = struct.pack("<3BBHHI", 0xAA, 0x44, 0x13, len(body), 508, int(week), round(seconds * 1000)) + body
                 file.write(whole + struct.pack("<I", crc32(whole)))
     return 'path = "ins.gps"\nroll_pitch_sigma_deg = 0.003\n'
 
 
 def novatel_ascii(lines, folder):
-    week, begin = divmod(DAY + LEAP - 315964800, 604800)
+    week_0, begin = divmod(DAY + LEAP - 315964800, 604800)
     with open(f"{folder}/ins.txt", "w", encoding="ascii", newline="") as file:
         for n in lines:
             for q in range(len(n.t)):
-                seconds = begin + n.t[q]
+                week, seconds = divmod(week_0 * 604800 + begin + n.t[q], 604800)
                 east, north, up = n.velocity[q]
-                text = f"INSPVAA,COM1,0,50.0,FINESTEERING,{week},{seconds:.3f},02000000,54e2,16248;{week},{seconds:.9f},"
+                text = f"INSPVAA,COM1,0,50.0,FINESTEERING,{week:.0f},{seconds:.3f},02000000,54e2,16248;{week:.0f},{seconds:.9f},"
                 text += f"{n.latitude[q]:.11f},{n.longitude[q]:.11f},{n.height[q]:.4f},{north:.4f},{east:.4f},{up:.4f},"
                 text += f"{n.roll[q] / DEG:.9f},{n.pitch[q] / DEG:.9f},{n.heading[q] / DEG % 360:.9f},INS_SOLUTION_GOOD"
                 file.write(f"#{text}*{crc32(text.encode()):08x}\r\n")
@@ -545,7 +545,7 @@ def pos_mv(lines, folder, group=1):
     with open(f"{folder}/pos.000", "wb") as file:
         for n in lines:
             for q in range(len(n.t)):
-                seconds = n.t[q] + WEEKDAY * 86400
+                seconds = (n.t[q] + WEEKDAY * 86400) % 604800
                 east, north, up = n.velocity[q]
                 angles = n.roll[q] / DEG, n.pitch[q] / DEG, n.heading[q] / DEG % 360, 0
                 body = struct.pack("<dddBB", seconds, seconds, 0, 2, 0)

@@ -15,8 +15,10 @@ use std::path::Path;
 use self::raw::{HEADER, Header, LONGEST, Solution};
 use super::error::{FormatError, open};
 use super::recorder::{
-    Attitude, Bytes, Frame, Framing, Losses, Position, Sink, Summary, TimeScale, Window, scan, utc,
+    Attitude, Bytes, Frame, Framing, Losses, Position, Sink, Summary, TimeScale, Window, holds,
+    scan, utc,
 };
+use super::week;
 use crate::units::radians;
 
 /// How groups are framed.
@@ -51,6 +53,12 @@ pub fn begins(head: &[u8]) -> bool {
     Groups.length(head).is_some()
 }
 
+/// Whether two such groups stand one behind the other anywhere in these bytes.
+#[must_use]
+pub fn within(bytes: &[u8]) -> bool {
+    holds(&Groups, bytes)
+}
+
 /// Reads a file, handing every record to `sink`.
 ///
 /// # Errors
@@ -76,6 +84,7 @@ pub fn read_from(
             refusal: Some("navigation only: no soundings".to_owned()),
             ..Summary::of("pos-mv")
         },
+        last_s: None,
     };
     let mut losses = Losses::default();
     let mut window = Window::new(file, source);
@@ -91,6 +100,8 @@ pub fn read_from(
 struct Reader<'s> {
     sink: &'s mut dyn Sink,
     summary: Summary,
+    /// Time of the last solution, counted on over the end of a week.
+    last_s: Option<f64>,
 }
 
 impl Reader<'_> {
@@ -141,8 +152,15 @@ impl Reader<'_> {
             return;
         }
         let sensor = header.group.saturating_sub(101) as u8;
+        let time_s = week::following(self.last_s, header.time_s);
+        self.last_s = Some(time_s);
+        if time_s > header.time_s {
+            self.summary.note(
+                "the times pass the end of a GPS week (604800 s) and are counted on from there",
+            );
+        }
         self.sink.attitude(&Attitude {
-            time_s: header.time_s,
+            time_s,
             roll_rad: radians(roll),
             pitch_rad: radians(pitch),
             heading_rad: Some(radians(heading)),
@@ -151,7 +169,7 @@ impl Reader<'_> {
             ..Attitude::default()
         });
         self.sink.position(&Position {
-            time_s: header.time_s,
+            time_s,
             latitude_rad: radians(latitude),
             longitude_rad: radians(longitude),
             height_m: Some(s.height_m),
@@ -231,6 +249,38 @@ mod tests {
         );
         assert_eq!(all.1[0].height_m, Some(-20.5));
         assert_eq!(all.0[0].time_s, 345_600.5);
+    }
+
+    /// Group 102 may come a little behind group 1; a stray time is no week's end.
+    #[test]
+    fn seconds_of_the_week_are_counted_on_over_its_end() {
+        let told = |times: &[(u16, f64)]| {
+            let groups = times.iter().map(|(number, t)| group(*number, *t, 1));
+            let mut all = All::default();
+            let bytes = groups.collect::<Vec<_>>().concat();
+            let summary =
+                read_from(Path::new("a.000"), bytes.as_slice(), &mut all).expect("readable");
+            let times: Vec<f64> = all.0.iter().map(|a| a.time_s).collect();
+            assert!(all.1.iter().map(|p| p.time_s).eq(times.iter().copied()));
+            (
+                times,
+                summary
+                    .notes
+                    .iter()
+                    .any(|n| n.contains("end of a GPS week")),
+            )
+        };
+        let over = [
+            (1, 604_799.75),
+            (1, 0.25),
+            (102, 604_799.75),
+            (102, 0.25),
+            (1, 0.5),
+        ];
+        let due = [604_799.75, 604_800.25, 604_799.75, 604_800.25, 604_800.5];
+        assert_eq!(told(&over), (due.to_vec(), true));
+        let stray = [(1, 400_000.0), (1, 0.25), (1, 400_000.5)];
+        assert_eq!(told(&stray), (vec![400_000.0, 0.25, 400_000.5], false));
     }
 
     #[test]
