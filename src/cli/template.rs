@@ -35,7 +35,8 @@ pub fn run(args: &Template, talk: &Talk) -> Result<Ending, CliError> {
 /// A survey file from what recorders wrote.
 fn from(name: &str, files: &[PathBuf]) -> Result<String, CliError> {
     let procedure = procedures::find(name);
-    let made = procedure.and_then(|procedure| procedure.template_from(files));
+    let files = super::info::files_of(files)?;
+    let made = procedure.and_then(|procedure| procedure.template_from(&files));
     let unused = || InputError::Unused {
         option: "--from",
         procedure: procedure.map_or("scenario or target, not a", |p| p.name()),

@@ -218,7 +218,9 @@ impl Overview {
         let mut text = Text::default();
         text.line(&path.display().to_string());
         text.pair("format", s.format);
-        text.pair("device", &s.device);
+        if !s.device.is_empty() {
+            text.pair("device", &s.device);
+        }
         if !s.heads.is_empty() {
             let heads: Vec<String> = s.heads.iter().map(u32::to_string).collect();
             text.pair("heads", &heads.join(", "));

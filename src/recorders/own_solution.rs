@@ -187,7 +187,9 @@ impl Scene<'_> {
             return false;
         };
         for (beam, point) in ping.beams.iter().zip(&own.points) {
-            if !(beam.valid && point.valid) {
+            // three zeros were never written: no sounding strikes the reference point
+            let written = point.right_forward_up_m != Vector3::zeros();
+            if !(beam.valid && point.valid && written) {
                 continue;
             }
             match self.point(ping, own, &arrays, beam) {

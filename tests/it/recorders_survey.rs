@@ -367,3 +367,108 @@ fn accuracies_of_an_sbet_count_moment_by_moment() {
     assert!(apart(&changing, 1) > 0.02, "{changing:?} {stated:?}");
     assert!(apart(&changing, 0) > 1e-3, "{changing:?} {stated:?}");
 }
+
+/// What `info` says of files, with its exit code.
+fn told(folder: &Path, files: &[&str]) -> (Option<i32>, String) {
+    let arguments = [&["info"], files].concat();
+    let output = run(&arguments, folder);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &words(&output);
+    (output.status.code(), said)
+}
+
+/// A recorder's file is one by its records, whatever stands before them and whatever it is called.
+#[test]
+fn a_file_with_a_damaged_beginning_or_another_name_is_read() {
+    for format in ["all", "kmall"] {
+        let folder = simulated(&scenario(format));
+        let survey = folder.path().join("survey");
+        let good = std::fs::read(survey.join(format!("0001_1.{format}"))).expect("a file");
+        let write = |name: &str, bytes: &[u8]| {
+            std::fs::write(folder.path().join(name), bytes).expect("written");
+        };
+        write("cut", &good[100..]);
+        write("behind", &[&[0; 5000], &good[..]].concat());
+        write("line.out", &good);
+        write("far", &[&[0; 1 << 19], &good[..]].concat());
+        let whole = told(&survey, &[&format!("0001_1.{format}")]).1;
+        let pings = |said: &str| {
+            let line = said
+                .lines()
+                .find(|line| line.contains("pings  "))
+                .expect("pings");
+            line.split_whitespace().nth(1).expect("a number").to_owned()
+        };
+        for (name, lost) in [
+            ("cut", "bytes skipped"),
+            ("behind", "5000 bytes skipped"),
+            ("line.out", "pings"),
+        ] {
+            let (code, said) = told(folder.path(), &[name]);
+            assert_eq!(code, Some(0), "{format} {name}: {said}");
+            assert!(said.contains(lost), "{format} {name}: {said}");
+            assert_eq!(pings(&said), pings(&whole), "{format} {name}: {said}");
+        }
+        assert_eq!(told(folder.path(), &["far"]).0, Some(2), "{format}");
+    }
+}
+
+#[test]
+fn info_of_a_folder_tells_of_its_recorder_files() {
+    let folder = simulated(&scenario("all"));
+    let (code, said) = told(folder.path(), &["survey"]);
+    assert_eq!(code, Some(0), "{said}");
+    for file in recorded(&folder.path().join("survey")) {
+        let name = file
+            .file_name()
+            .expect("a name")
+            .to_string_lossy()
+            .into_owned();
+        assert!(said.contains(&name), "{name}: {said}");
+    }
+    assert!(!said.contains("survey.toml"), "{said}");
+    let template = ["template", "seabed", "--from", "survey"];
+    let output = run(&template, folder.path());
+    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &words(&output);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("survey/0001_1.all"), "{said}");
+    assert!(!said.contains("cannot be calibrated"), "{said}");
+    std::fs::create_dir(folder.path().join("none")).expect("a folder");
+    let (code, said) = told(folder.path(), &["none"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(
+        said.contains("a folder without a recorder's file"),
+        "{said}"
+    );
+}
+
+/// Points of zeros were never written: nothing is compared with them.
+#[test]
+fn own_points_of_zeros_are_none() {
+    let zeros = |survey: &Path| {
+        for path in recorded(survey) {
+            let mut bytes = std::fs::read(&path).expect("a file");
+            let mut at = 0;
+            while at + 6 <= bytes.len() {
+                let four = bytes[at..at + 4].try_into().expect("four bytes");
+                let end = at + 4 + u32::from_le_bytes(four) as usize;
+                if bytes[at + 5] == b'X' {
+                    for beam in bytes[at + 40..end - 3].chunks_exact_mut(20) {
+                        beam[..12].fill(0);
+                    }
+                    let sum = bytes[at + 5..end - 3]
+                        .iter()
+                        .map(|b| u32::from(*b))
+                        .sum::<u32>();
+                    bytes[end - 2..end].copy_from_slice(&(sum as u16).to_le_bytes());
+                }
+                at = end;
+            }
+            std::fs::write(path, bytes).expect("written");
+        }
+    };
+    let (code, said) = checked("all", zeros);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(!said.contains("checksum"), "{said}");
+    assert!(!said.contains("They do not agree"), "{said}");
+    assert!(!said.contains("minus the sounder's own"), "{said}");
+}

@@ -19,7 +19,7 @@ use std::path::Path;
 
 use self::raw::{HEADER, LONGEST};
 use super::error::{FormatError, open};
-use super::recorder::{Bytes, Frame, Framing, Losses, Sink, Summary, Window, scan};
+use super::recorder::{Bytes, Frame, Framing, Losses, Sink, Summary, Window, holds, scan};
 
 /// How datagrams are framed.
 struct Datagrams;
@@ -49,6 +49,12 @@ impl Framing for Datagrams {
 #[must_use]
 pub fn begins(head: &[u8]) -> bool {
     Datagrams.length(head).is_some()
+}
+
+/// Whether two such datagrams stand one behind the other anywhere in these bytes.
+#[must_use]
+pub fn within(bytes: &[u8]) -> bool {
+    holds(&Datagrams, bytes)
 }
 
 /// Reads a file, handing every record to `sink`.

@@ -236,7 +236,10 @@ impl<'s> Reader<'s> {
 
     /// The summary of the whole file.
     pub fn finished(mut self, losses: Losses) -> Summary {
-        self.summary.device = format!("Kongsberg {}", model_name(self.model));
+        // of a file without one good datagram the model is not known
+        if self.model != 0 {
+            self.summary.device = format!("Kongsberg {}", model_name(self.model));
+        }
         self.summary.losses = losses;
         if self.raw == 0 {
             self.summary.refusal = self.refusal();

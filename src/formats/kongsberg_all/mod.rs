@@ -23,7 +23,7 @@ use std::path::Path;
 
 use self::raw::{ETX, HEADER, LONGEST, STX, TRAILER};
 use super::error::{FormatError, open};
-use super::recorder::{Bytes, Frame, Framing, Sink, Summary, Window, scan};
+use super::recorder::{Bytes, Frame, Framing, Sink, Summary, Window, holds, scan};
 
 /// Kinds of datagrams that stand in such files.
 const KINDS: &[u8] = b"01234ACDEFGHIJKLNOPQRSTUVWXYZefhijklmnpruv";
@@ -86,6 +86,12 @@ fn checksum(bytes: &[u8]) -> u16 {
 #[must_use]
 pub fn begins(head: &[u8]) -> bool {
     Datagrams.length(head).is_some()
+}
+
+/// Whether two such datagrams stand one behind the other anywhere in these bytes.
+#[must_use]
+pub fn within(bytes: &[u8]) -> bool {
+    holds(&Datagrams, bytes)
 }
 
 /// Reads a file, handing every record to `sink`.

@@ -17,7 +17,8 @@ use std::path::Path;
 use self::raw::{CRC, Header, LONG_HEADER, SHORT_HEADER, SOLUTION_GOOD, Solution, crc};
 use super::error::{FormatError, open};
 use super::recorder::{
-    Attitude, Bytes, Frame, Framing, Losses, Position, Sink, Summary, TimeScale, Window, scan, utc,
+    Attitude, Bytes, Frame, Framing, Losses, Position, Sink, Summary, TimeScale, Window, holds,
+    scan, utc,
 };
 use crate::units::radians;
 
@@ -72,6 +73,12 @@ fn line_length(head: &[u8]) -> Option<usize> {
 #[must_use]
 pub fn begins(head: &[u8]) -> bool {
     Messages.length(head).is_some()
+}
+
+/// Whether two such messages stand one behind the other anywhere in these bytes.
+#[must_use]
+pub fn within(bytes: &[u8]) -> bool {
+    holds(&Messages, bytes)
 }
 
 /// Reads a log, handing every record to `sink`.

@@ -14,7 +14,7 @@ pub mod window;
 
 pub use bytes::Bytes;
 pub use out::Out;
-pub use scan::{Frame, Framing, scan};
+pub use scan::{Frame, Framing, holds, scan};
 pub use summary::{Losses, Summary, TimeScale};
 pub use types::*;
 pub use window::Window;

@@ -90,6 +90,18 @@ pub fn scan<R: Read, F: Framing>(
     Ok(())
 }
 
+/// Whether two records, one directly behind the other and both good in themselves, stand anywhere in these bytes: those of a file whose
+/// beginning is damaged or cut off.
+pub fn holds<F: Framing>(framing: &F, bytes: &[u8]) -> bool {
+    let good = |at: usize| {
+        let rest = bytes.get(at..)?;
+        let length = framing.length(rest.get(..F::HEAD).unwrap_or(rest))?;
+        let record = rest.get(..length)?;
+        (framing.check(record) == Frame::Good).then_some(at + length)
+    };
+    (0..bytes.len()).any(|at| good(at).and_then(good).is_some())
+}
+
 /// The search for the next record.
 #[derive(Debug, Default)]
 struct Search {
@@ -180,6 +192,15 @@ mod tests {
         let (records, losses) = found(&[A, B, &A[..3]].concat());
         assert_eq!(records, [A, B]);
         assert_eq!((losses.truncated_bytes, losses.skipped_bytes), (3, 0));
+    }
+
+    #[test]
+    fn two_good_records_in_a_row_are_found_behind_anything() {
+        let garbage: &[u8] = &[9, b'M', 200, 3];
+        assert!(holds(&Toy, &[garbage, A, B, &A[..3]].concat()));
+        assert!(!holds(&Toy, &[garbage, A, garbage, B].concat()));
+        assert!(!holds(&Toy, &[A, &B[..3]].concat()));
+        assert!(!holds(&Toy, &[]));
     }
 
     #[test]

@@ -13,12 +13,18 @@ use crate::formats::{gsf, kmall, kongsberg_all, novatel, pos_mv, s7k, sbet, xtf}
 /// Bytes of a file's beginning that tell its format.
 const HEAD: usize = 2048;
 
+/// Bytes in which records are looked for where a file does not begin with one.
+const SEARCHED: usize = 1 << 18;
+
 /// A format of recorders.
 pub struct Recorder {
     /// Its name.
     pub name: &'static str,
     /// Whether a file with these first bytes is of it.
     pub begins: fn(&[u8]) -> bool,
+    /// Whether such records stand somewhere in these bytes, for a file whose beginning is damaged or cut off. Never where a reader needs
+    /// the file's own header.
+    pub within: fn(&[u8]) -> bool,
     /// Reads a file into a sink.
     pub read: fn(&Path, &mut dyn Sink) -> Result<Summary, FormatError>,
 }
@@ -28,36 +34,43 @@ pub const RECORDERS: [Recorder; 7] = [
     Recorder {
         name: "kongsberg-all",
         begins: kongsberg_all::begins,
+        within: kongsberg_all::within,
         read: kongsberg_all::read,
     },
     Recorder {
         name: "kmall",
         begins: kmall::begins,
+        within: kmall::within,
         read: kmall::read,
     },
     Recorder {
         name: "s7k",
         begins: s7k::begins,
+        within: s7k::within,
         read: s7k::read,
     },
     Recorder {
         name: "xtf",
         begins: xtf::begins,
+        within: |_| false,
         read: xtf::read,
     },
     Recorder {
         name: "gsf",
         begins: gsf::begins,
+        within: |_| false,
         read: gsf::read,
     },
     Recorder {
         name: "novatel",
         begins: novatel::begins,
+        within: novatel::within,
         read: novatel::read,
     },
     Recorder {
         name: "pos-mv",
         begins: pos_mv::begins,
+        within: pos_mv::within,
         read: pos_mv::read,
     },
 ];
@@ -69,9 +82,9 @@ pub fn recorder_of(head: &[u8]) -> Option<&'static Recorder> {
 }
 
 /// The first bytes of a file.
-fn head_of(path: &Path) -> Result<Vec<u8>, FormatError> {
+fn head_of(path: &Path, bytes: usize) -> Result<Vec<u8>, FormatError> {
     let mut head = vec![];
-    let beginning = open(path)?.0.take(HEAD as u64).read_to_end(&mut head);
+    let beginning = open(path)?.0.take(bytes as u64).read_to_end(&mut head);
     beginning.map_err(|e| FormatError::unreadable(path, &e))?;
     Ok(head)
 }
@@ -79,26 +92,41 @@ fn head_of(path: &Path) -> Result<Vec<u8>, FormatError> {
 /// Whether a file is a recorder's by its first bytes; one that cannot be read is none, and whoever reads it says why.
 #[must_use]
 pub fn is_recorder(path: &Path) -> bool {
-    head_of(path).is_ok_and(|head| recorder_of(&head).is_some())
+    head_of(path, HEAD).is_ok_and(|head| recorder_of(&head).is_some())
+        || head_of(path, SEARCHED).is_ok_and(|bytes| recorder_within(&bytes).is_some())
 }
 
-/// Reads any recorder's file, its format told by its first bytes; an SBET, which has none, by its extension.
+/// Whether a file is called as an SBET is.
+#[must_use]
+pub fn is_named_sbet(path: &Path) -> bool {
+    let extension = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
+    extension.is_some_and(|e| e == "sbet" || e == "out")
+}
+
+/// The format of the records behind a beginning that is damaged or cut off.
+fn recorder_within(bytes: &[u8]) -> Option<&'static Recorder> {
+    RECORDERS.iter().find(|r| (r.within)(bytes))
+}
+
+/// Reads any recorder's file, its format told by its first bytes or, where they are damaged or cut off, by the first records behind
+/// them; an SBET, which says nothing of itself, by its extension, unless it is another's file under that name.
 ///
 /// # Errors
 /// [`FormatError`] when it cannot be read or no reader knows it.
 pub fn read(path: &Path, sink: &mut dyn Sink) -> Result<Summary, FormatError> {
-    let extension = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
-    if extension.is_some_and(|e| e == "sbet" || e == "out") {
-        return read_sbet(path, sink);
-    }
-    let head = head_of(path)?;
-    match recorder_of(&head) {
+    let sbet = is_named_sbet(path);
+    let bytes = head_of(path, SEARCHED)?;
+    let head = &bytes[..bytes.len().min(HEAD)];
+    // the first bytes of an SBET are any number's: only whole records tell another's file from it
+    let by_beginning = recorder_of(head).filter(|_| !sbet);
+    match by_beginning.or_else(|| recorder_within(&bytes)) {
         Some(recorder) => (recorder.read)(path, sink),
+        None if sbet => read_sbet(path, sink),
         None => Err(FormatError::new(
             FaultKind::UnknownFormat,
             path,
             Place::File,
-            kind_of(&head),
+            kind_of(head),
             "Kongsberg .all or .kmall, Teledyne .s7k, XTF, GSF, a NovAtel log, POS MV groups, or an SBET named .sbet or .out",
         )),
     }

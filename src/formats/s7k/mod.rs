@@ -17,7 +17,7 @@ use std::path::Path;
 
 use self::raw::{FRAME, LONGEST, SYNC};
 use super::error::{FormatError, open};
-use super::recorder::{Bytes, Frame, Framing, Losses, Sink, Summary, Window, scan};
+use super::recorder::{Bytes, Frame, Framing, Losses, Sink, Summary, Window, holds, scan};
 
 /// How records are framed.
 struct Records;
@@ -57,6 +57,12 @@ fn checksum(bytes: &[u8]) -> u32 {
 #[must_use]
 pub fn begins(head: &[u8]) -> bool {
     Records.length(head).is_some()
+}
+
+/// Whether two such records stand one behind the other anywhere in these bytes.
+#[must_use]
+pub fn within(bytes: &[u8]) -> bool {
+    holds(&Records, bytes)
 }
 
 /// Reads a file, handing every record to `sink`.
