@@ -226,6 +226,7 @@ mod tests {
             rotation: (&rotation, &nominal),
             lever_arm_m: Some((arm, Vector3::zeros())),
             covariance: Some(&covariance),
+            arrays: None,
         };
         let mut found = Solution::without_result(crate::results::Status::Converged, String::new());
         found.usable = true;

@@ -17,9 +17,28 @@ pub fn deciding(solutions: &Solutions, usable: bool) -> Vec<Convention> {
     mountings.iter().flat_map(conventions).collect()
 }
 
-/// The mounting in the senses of the five makers' programs; empty without a lever arm.
+/// What two arrays' records have and one mounting has not.
+const EACH_ARRAY: &str = "Two records, one for each array, both moved by the one correction that was found: a transmit array's roll and a \
+                          receive array's pitch are carried along and move no sounding.";
+
+/// The mounting in the senses of the five makers' programs, of two arrays each of them; empty without a lever arm.
 #[must_use]
 pub fn conventions(mounting: &MountingResult) -> Vec<Convention> {
+    if mounting.arrays.is_empty() {
+        return of_one(mounting);
+    }
+    let each = |array: &MountingResult| {
+        let named = |entry: Convention| Convention {
+            mounting: format!("{}, {}", mounting.name, array.name),
+            remark: format!("{} {EACH_ARRAY}", entry.remark),
+            ..entry
+        };
+        of_one(array).into_iter().map(named).collect::<Vec<_>>()
+    };
+    mounting.arrays.iter().flat_map(each).collect()
+}
+
+fn of_one(mounting: &MountingResult) -> Vec<Convention> {
     let (angles, Some(lever)) = (mounting.mounting_deg, mounting.lever_arm_m) else {
         return Vec::new();
     };
@@ -216,6 +235,7 @@ mod tests {
             rotation: (&found, &Matrix3::identity()),
             lever_arm_m: Some((LEVER.into(), Vector3::zeros())),
             covariance: None,
+            arrays: None,
         };
         conventions(&mounted.result())
     }

@@ -6,6 +6,7 @@ use super::metric;
 use crate::adjust::{self, Unit};
 use crate::calibrate::quality::readable;
 use crate::geometry::rotation;
+use crate::observe::{ArrayMountings, Mounting};
 use crate::results::{
     Angles, Comparison, Difference, Finding, Iteration, MountingAngles, MountingResult, Parameter,
     Severity, Status, Verdict,
@@ -32,6 +33,8 @@ pub struct Mounted<'a> {
     pub lever_arm_m: Option<(Vector3<f64>, Vector3<f64>)>,
     /// Covariance of pitch, roll, yaw (rad) and, with a lever arm, lx, ly, lz (m); `None` for a path that has none.
     pub covariance: Option<&'a DMatrix<f64>>,
+    /// The two arrays before the calibration, where the mounting stands for both.
+    pub arrays: Option<&'a ArrayMountings>,
 }
 
 impl Mounted<'_> {
@@ -58,7 +61,42 @@ impl Mounted<'_> {
                 .lever_arm_m
                 .map(|(found, nominal)| (found - nominal).into()),
             lever_arm_sigma_m: self.lever_arm_m.and_then(|_| arm_sigma()),
+            arrays: self
+                .arrays
+                .map_or_else(Vec::new, |arrays| self.each(arrays)),
         }
+    }
+
+    /// Both arrays, each moved as the mounting has moved; none where they are one head at one place, which has one record.
+    fn each(&self, arrays: &ArrayMountings) -> Vec<MountingResult> {
+        if arrays.transmitter == arrays.receiver {
+            return vec![];
+        }
+        let one = |(rotation, arm_m): (&Matrix3<f64>, Vector3<f64>)| Mounting {
+            rotation: *rotation,
+            lever_arm_m: arm_m,
+        };
+        let arms_m = self.lever_arm_m.unwrap_or_default();
+        let found = one((self.rotation.0, arms_m.0));
+        let nominal = one((self.rotation.1, arms_m.1));
+        let moved = arrays.moved(&nominal, &found);
+        let named = [
+            ("transmit array", &moved.transmitter, &arrays.transmitter),
+            ("receive array", &moved.receiver, &arrays.receiver),
+        ];
+        let result = |(name, found, nominal): (&'static str, &Mounting, &Mounting)| {
+            Mounted {
+                name,
+                rotation: (&found.rotation, &nominal.rotation),
+                lever_arm_m: self
+                    .lever_arm_m
+                    .map(|_| (found.lever_arm_m, nominal.lever_arm_m)),
+                covariance: self.covariance,
+                arrays: None,
+            }
+            .result()
+        };
+        named.into_iter().map(result).collect()
     }
 
     /// As named parameters: pitch, roll, yaw and, with a lever arm, lx, ly, lz, each name behind `prefix`.
@@ -327,11 +365,57 @@ mod tests {
             rotation: (&nominal, &nominal),
             lever_arm_m: Some((Vector3::new(1.0, 2.0, 3.0), Vector3::zeros())),
             covariance: Some(&covariance),
+            arrays: None,
         };
         let all = mounted.parameters("head ");
         assert_eq!(all[4].name, "head ly");
         assert_eq!((all[4].sigma, all[4].determined), (Some(1e-3), true));
         assert_eq!((all[5].sigma, all[5].determined), (None, false));
         assert_eq!((all[5].value, &*all[5].note), (Some(3.0), "held"));
+    }
+
+    #[test]
+    fn two_arrays_are_turned_and_moved_as_their_mounting() {
+        let nominal = Mounting::from_angles(0.1, 0.2, 0.3, Vector3::new(1.0, 2.0, 3.0));
+        let found = nominal.corrected(
+            &Vector3::new(0.02, -0.01, 0.03),
+            &Vector3::new(0.1, 0.0, -0.2),
+        );
+        let receiver = Mounting::from_angles(-0.4, 0.1, 3.1, Vector3::new(1.0, 1.7, 3.0));
+        let arrays = ArrayMountings {
+            transmitter: nominal,
+            receiver,
+        };
+        let mounted = Mounted {
+            name: "multibeam",
+            rotation: (&found.rotation, &nominal.rotation),
+            lever_arm_m: Some((found.lever_arm_m, nominal.lever_arm_m)),
+            covariance: None,
+            arrays: Some(&arrays),
+        };
+        let both = mounted.result().arrays;
+        let due = receiver.corrected(
+            &found.correction_from(&nominal),
+            &Vector3::new(0.1, 0.0, -0.2),
+        );
+        assert_eq!(both[0].name, "transmit array");
+        assert!((found.rotation - matrix_of(&both[0])).norm() < 1e-12);
+        let off = rotation::log(&(due.rotation * matrix_of(&both[1]).transpose()));
+        assert!(off.norm() < 1e-12, "{off}");
+        let arm = Vector3::from(both[1].lever_arm_m.expect("an arm"));
+        assert!((arm - due.lever_arm_m).norm() < 1e-12, "{arm}");
+        let one = ArrayMountings {
+            transmitter: nominal,
+            receiver: nominal,
+        };
+        let one = Mounted {
+            arrays: Some(&one),
+            ..mounted
+        };
+        assert!(one.result().arrays.is_empty(), "one head has one record");
+    }
+
+    fn matrix_of(found: &MountingResult) -> Matrix3<f64> {
+        Matrix3::from_fn(|i, j| found.rotation_matrix[i][j])
     }
 }

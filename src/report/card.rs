@@ -17,6 +17,9 @@ pub struct Card {
 /// One value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CardRow {
+    /// The record it belongs to, as the mounting or array is named among the conventions; empty for what belongs to none.
+    #[serde(skip)]
+    pub record: String,
     /// What it is, such as `roll`.
     pub name: String,
     /// Its unit; empty for a ratio.
@@ -36,7 +39,7 @@ pub struct CardRow {
 pub fn card(result: &Calibration) -> Option<Card> {
     let solution = result.deciding().filter(|s| result.usable && s.usable)?;
     let several = solution.mountings.len() > 1;
-    let of_mountings = solution.mountings.iter().flat_map(|m| rows(m, several));
+    let of_mountings = solution.mountings.iter().flat_map(|m| records(m, several));
     let others = solution
         .parameters
         .iter()
@@ -59,14 +62,25 @@ fn of_a_mounting(parameter: &Parameter, mountings: &[MountingResult]) -> bool {
         })
 }
 
-fn rows(m: &MountingResult, several: bool) -> Vec<CardRow> {
-    let title = |name: &str| {
-        if several {
-            format!("{} {name}", m.name)
-        } else {
-            name.to_owned()
-        }
+/// The records that a mounting is in other programs: its own, or one of each array.
+fn records(m: &MountingResult, several: bool) -> Vec<CardRow> {
+    let prefix = if several {
+        format!("{} ", m.name)
+    } else {
+        String::new()
     };
+    if m.arrays.is_empty() {
+        return rows(m, (&prefix, &m.name));
+    }
+    let array = |a: &MountingResult| {
+        let record = format!("{}, {}", m.name, a.name);
+        rows(a, (&format!("{prefix}{} ", a.name), &record))
+    };
+    m.arrays.iter().flat_map(array).collect()
+}
+
+fn rows(m: &MountingResult, (prefix, record): (&str, &str)) -> Vec<CardRow> {
+    let title = |name: &str| format!("{prefix}{name}");
     let angle = |name: &str, positive: &str, of: fn(&MountingAngles) -> f64| {
         let sigma = m.mounting_sigma_deg.as_ref().map(of);
         row(
@@ -91,6 +105,9 @@ fn rows(m: &MountingResult, several: bool) -> Vec<CardRow> {
             row(title(name), ("m", positive), before[i], after[i], sigma)
         }));
     }
+    for row in &mut all {
+        record.clone_into(&mut row.record);
+    }
     all
 }
 
@@ -103,6 +120,7 @@ fn row(
 ) -> CardRow {
     let (after, sigma) = rounded(after, sigma, unit);
     CardRow {
+        record: String::new(),
         name,
         unit: unit.to_owned(),
         positive: positive.to_owned(),
@@ -132,6 +150,7 @@ fn other(p: &Parameter) -> CardRow {
         None => ("not determined".to_owned(), String::new()),
     };
     CardRow {
+        record: String::new(),
         name: p.name.clone(),
         unit: unit.to_owned(),
         positive: p.positive.clone(),

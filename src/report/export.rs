@@ -162,8 +162,7 @@ fn other(result: &Calibration, title: &str, software: &str, values: &Card) -> St
     }
     if entries().next().is_none() {
         parts.push(wrapped(
-            "This result gives no angles and lever arm of one sonar head. Where a sounder has two arrays, add the correction to \
-             the records of both.",
+            "This result has no lever arm: there is no record of a sonar head to enter.",
         ));
     }
     parts.extend(entries().map(|entry| conventional(entry, values)));
@@ -190,9 +189,12 @@ fn conventional(entry: &Convention, values: &Card) -> String {
     let sigmas: Vec<String> = values
         .rows
         .iter()
+        .filter(|row| row.record.is_empty() || row.record == entry.mounting)
         .filter(|row| !row.sigma.is_empty())
         .map(|row| {
-            format!("{} {} {}", row.name, row.sigma, row.unit)
+            let number = row.sigma.parse::<f64>().is_ok();
+            let unit = if number { row.unit.as_str() } else { "" };
+            format!("{} {} {unit}", row.name, row.sigma)
                 .trim_end()
                 .to_owned()
         })

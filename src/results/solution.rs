@@ -122,6 +122,10 @@ pub struct MountingResult {
     pub lever_arm_correction_m: Option<[f64; 3]>,
     /// One sigma of each component; 0 for one that was held.
     pub lever_arm_sigma_m: Option<[f64; 3]>,
+    /// Of a sounder whose two arrays stand each on its own: the transmit and the receive array, moved as this mounting has moved. It
+    /// stands for both and is neither's record; what a program holds of each is here.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub arrays: Vec<MountingResult>,
 }
 
 /// Mounting angles, degrees: `R = Rz(-heading) Rx(pitch) Ry(roll)`; roll positive starboard down, pitch positive bow up, heading clockwise.

@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::common::{run, simulated, words};
 use boresight::formats::Invalid;
 use boresight::formats::las::read as read_las;
+use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
 
 pub const THIN: &str = include_str!("../../models/scenarios/three-pass-thin.toml");
@@ -302,4 +303,73 @@ fn recorder_files_of_a_pool_have_a_template_and_a_cloud() {
     crate::common::applied(SURVEY, folder.path());
     let cloud = read_las(&folder.path().join("cloud.laz"), Invalid::Error).expect("points");
     assert!(cloud.len() > 20_000, "{}", cloud.len());
+}
+
+/// Two arrays are two records in other programs: each stands on the card, moved by the one correction, with its own place.
+#[test]
+fn the_card_of_two_arrays_has_a_record_of_each() {
+    let folder = simulated(&scenario("kmall"));
+    let calibrate = [
+        "calibrate",
+        SURVEY,
+        "--out",
+        "out",
+        "--export",
+        "kongsberg,csv",
+    ];
+    let output = run(&calibrate, folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("a file");
+    let result: Value = serde_json::from_str(&read("out/result.json")).expect("JSON");
+    let matrix = |value: &Value| {
+        Matrix3::from_fn(|i, j| value[i][j].as_f64().expect("a number in three rows"))
+    };
+    let arm = |value: &Value| Vector3::from_fn(|i, _| value[i].as_f64().expect("metres"));
+    for path in ["reference", "joint"] {
+        let mounting = &result["solutions"][path]["mountings"][0];
+        let turned = |of: &Value| {
+            matrix(&of["rotation_matrix"]) * matrix(&of["nominal_rotation_matrix"]).transpose()
+        };
+        let moved = |of: &Value| arm(&of["lever_arm_m"]) - arm(&of["nominal_lever_arm_m"]);
+        let nominal = [[-45.0, 1.1, 0.3], [-43.5, -0.4, 0.6]];
+        for (array, [roll, pitch, heading]) in mounting["arrays"]
+            .as_array()
+            .expect("two")
+            .iter()
+            .zip(nominal)
+        {
+            assert!((turned(array) - turned(mounting)).norm() < 1e-12, "{path}");
+            assert!((moved(array) - moved(mounting)).norm() < 1e-12, "{path}");
+            let before = &array["nominal_mounting_deg"];
+            for (name, due) in [("roll", roll), ("pitch", pitch), ("heading", heading)] {
+                let said = before[name].as_f64().expect("degrees");
+                assert!((said - due).abs() < 1e-4, "{path} {name}: {said}");
+            }
+        }
+    }
+    // Kongsberg's axes: forward, starboard, down
+    let cards = result["conventions"].as_array().expect("a list");
+    let card = |array: &str| {
+        let found = cards.iter().find(|card| {
+            card["software"]
+                .as_str()
+                .is_some_and(|s| s.starts_with("Kongsberg"))
+                && card["mounting"] == format!("multibeam, {array} array")
+        });
+        let fields = &found.expect("a record of the array")["lever_arm_m"];
+        Vector3::from_fn(|i, _| fields[i]["value"].as_f64().expect("metres"))
+    };
+    let apart = card("receive") - card("transmit");
+    assert!(
+        (apart - Vector3::new(-0.25, 0.1, -0.02)).norm() < 1e-4,
+        "{apart}"
+    );
+    let text = read("out/card-sis.txt");
+    for array in ["transmit", "receive"] {
+        assert!(
+            text.contains(&format!("parameters: multibeam, {array} array")),
+            "{text}"
+        );
+        assert!(read("out/card.csv").contains(&format!("{array} array roll,deg,")));
+    }
 }

@@ -77,9 +77,7 @@ pub(super) fn result(
     let verdict = verdict(outcome, solutions.reference.as_ref());
     let deciding = solutions.deciding().is_some_and(|s| s.usable);
     let usable = verdict.state.is_usable() && deciding;
-    // two arrays are two records in those programs, and one mounting is neither of them
-    let single = input.scene.heads.iter().all(|head| head.arrays.is_none());
-    let conventions = conventions::deciding(&solutions, usable && single);
+    let conventions = conventions::deciding(&solutions, usable);
     Calibration {
         schema: SCHEMA,
         procedure: "seabed".to_owned(),
@@ -215,6 +213,7 @@ fn jointly(found: &Result<(Joint, Judgement), JointError>, scene: &Scene) -> Sol
             rotation: (&found.rotation, &nominal.rotation),
             lever_arm_m: Some((found.lever_arm_m, nominal.lever_arm_m)),
             covariance: Some(&own[head]),
+            arrays: scene.heads[head].arrays.as_ref(),
         }
     };
     let heads: Vec<Mounted<'_>> = (0..scene.heads.len()).map(mounted).collect();
@@ -283,6 +282,7 @@ fn by_reference(found: &Result<Reference, ReferenceError>, scene: &Scene) -> Sol
         rotation: (&found.rotation, &nominal.rotation),
         lever_arm_m: Some((found.lever_arm_m, nominal.lever_arm_m)),
         covariance: None,
+        arrays: scene.heads[0].arrays.as_ref(),
     };
     let latency = parameter("latency", Unit::Second, values.latency_s, None);
     let scale = parameter("range scale", Unit::One, values.range_scale, None);

@@ -9,7 +9,7 @@ use super::super::config::Variant;
 use super::super::summary::SENSOR;
 use super::OffsetStep;
 use crate::calibrate::solution::{Mounted, angles_deg};
-use crate::observe::Mounting;
+use crate::observe::{ArrayMountings, Mounting};
 use crate::results::{Angles, Solution, Status};
 
 /// How the path ended.
@@ -150,15 +150,17 @@ struct PassDetails {
 }
 
 impl Outcome {
-    /// The outcome as it stands in a result file. A stalled end counts as usable, being out of passes does not.
+    /// The outcome as it stands in a result file. A stalled end counts as usable, being out of passes does not. `arrays`: the two
+    /// arrays before the calibration, where the mounting stands for both.
     #[must_use]
-    pub fn solution(&self) -> Solution {
+    pub fn solution(&self, arrays: Option<&ArrayMountings>) -> Solution {
         let status = self.end.status();
         let mounted = Mounted {
             name: SENSOR,
             rotation: (&self.mounting.rotation, &self.nominal.rotation),
             lever_arm_m: Some((self.mounting.lever_arm_m, self.nominal.lever_arm_m)),
             covariance: None,
+            arrays,
         };
         Solution {
             usable: matches!(status, Status::Converged | Status::Stalled),

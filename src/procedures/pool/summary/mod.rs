@@ -76,8 +76,6 @@ pub fn result(
     let solutions = solutions(outcome, input);
     let reason = reason(outcome, &solutions);
     let usable = reason.is_none();
-    // two arrays are two records in other programs, and one mounting is neither of them
-    let single = input.campaign.soundings.arrays.is_none();
     Ok(Calibration {
         schema: SCHEMA,
         procedure: "pool".to_owned(),
@@ -94,7 +92,7 @@ pub fn result(
         details: serde_json::to_value(PoolDetails {
             target_pose: target_pose(outcome),
         })?,
-        conventions: conventions::deciding(&solutions, usable && single),
+        conventions: conventions::deciding(&solutions, usable),
         solutions,
     })
 }

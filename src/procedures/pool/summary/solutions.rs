@@ -8,7 +8,7 @@ use super::super::run::{PoolInput, PoolOutcome};
 use super::super::verdict::Refusal;
 use crate::adjust::{self, BlockId, Limits, Unit};
 use crate::calibrate::solution::{Mounted, matrices, parameter};
-use crate::observe;
+use crate::observe::{self, ArrayMountings};
 use crate::results::{Iteration, Parameter, Solution, Status};
 
 /// Of a prior's sigma that a survey leaves, from which on the survey says next to nothing.
@@ -20,10 +20,16 @@ pub const SENSOR: &str = "multibeam";
 /// The reference path.
 pub fn reference(outcome: &PoolOutcome, input: &PoolInput) -> Solution {
     match &outcome.sequential {
-        Some(Ok(found)) => found.solution(),
+        Some(Ok(found)) => found.solution(arrays_of(input)),
         Some(Err(error)) => no_reference(input, error.to_string()),
         None => no_reference(input, not_run(outcome)),
     }
+}
+
+/// The two arrays of the sounder before the calibration, where it has two.
+fn arrays_of<'i>(input: &'i PoolInput) -> Option<&'i ArrayMountings> {
+    let arrays = input.campaign.soundings.arrays.as_ref();
+    arrays.map(|arrays| &arrays.mountings)
 }
 
 fn no_reference(input: &PoolInput, message: String) -> Solution {
@@ -73,6 +79,7 @@ pub fn joint(joint: Option<&JointOutcome>, outcome: &PoolOutcome, input: &PoolIn
             outcome.scene.campaign.sonar.lever_arm_m,
         )),
         covariance: Some(&covariance),
+        arrays: arrays_of(input),
     };
     let mut parameters = mounted.parameters("");
     parameters.extend(extra(joint).into_iter().map(|e| e.parameter(joint)));

@@ -33,6 +33,7 @@ fn mounted<'a>(
         rotation: (&found.rotation, &profiler.nominal.rotation),
         lever_arm_m: Some((found.lever_arm_m, profiler.nominal.lever_arm_m)),
         covariance,
+        arrays: None,
     }
 }
 

@@ -178,6 +178,7 @@ fn mounted<'a>(
         rotation: (found, &input.campaign.nominal),
         lever_arm_m: None,
         covariance,
+        arrays: None,
     }
 }
 
