@@ -128,7 +128,8 @@ fn taken(
     invalid: Invalid,
     room: Option<(&Room, Option<u32>)>,
 ) -> Result<(SoundingRecords, Option<SoundingFile>), FormatError> {
-    let mut table = Table::open(file, source, size, &REQUIRED, &OPTIONAL)?;
+    let table = Table::open(file, source, size, &REQUIRED, &OPTIONAL);
+    let mut table = table.map_err(with_the_rest)?;
     let cones = two_arrays(&table)?;
     let (across, along) = if cones { (RX, TILT) } else { (3, 4) };
     let (column, limits) = range_column(&table)?;
@@ -165,6 +166,15 @@ fn taken(
     records.notes.extend(left_out);
     records.arrays = cones.then_some(arrays);
     Ok((records, streamed))
+}
+
+/// Where a column is missing that every file has, the others are named too: so that a header is mended at once.
+fn with_the_rest(mut fault: FormatError) -> FormatError {
+    if fault.kind == FaultKind::MissingColumn {
+        let (angles, ranges) = (ANGLES.join(", "), RANGES.join(" or "));
+        fault.expected.push_str(&format!(", {angles} and {ranges}"));
+    }
+    fault
 }
 
 fn no_room(error: &SpillError) -> FormatError {
@@ -533,6 +543,16 @@ mod tests {
             );
         }
         text
+    }
+
+    #[test]
+    fn a_foreign_header_is_told_every_column_at_once() {
+        let foreign = "Time,PingNo,BeamNo,Angle,Tilt,Range\n1,0,0,0,0,5\n";
+        let fault = read_from(Path::new("s.csv"), foreign.as_bytes(), 1, Invalid::Error);
+        let said = fault.expect_err("refused").to_string();
+        for name in REQUIRED.iter().chain(&ANGLES).chain(&RANGES) {
+            assert!(said.contains(name), "{name}: {said}");
+        }
     }
 
     /// Whether the rows are expected to fit or not, whether they do or not, and wherever they stop to.

@@ -97,7 +97,8 @@ section! {
     /// `[trajectory]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct TrajectorySection {
-        /// Path of the trajectory file. With recorder files it may be left out: then their own navigation is used.
+        /// Path of the trajectory: an SBET or a CSV with the columns `time_s`, `latitude_deg`, `longitude_deg`, `height_m`, `roll_deg`,
+        /// `pitch_deg`, `heading_deg`. With recorder files it may be left out: then their own navigation is used.
         #[serde(skip_serializing_if = "Option::is_none")]
         path: Option<String> = or (None), Kind::Text;
         /// What the times of `path` are where the soundings are a recorder's (UTC): the same, on the GPS scale, or seconds of the week or
@@ -176,7 +177,7 @@ section! {
     /// `[lidar]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct LidarSection {
-        /// Path of the points.
+        /// Path of the points: LAS, LAZ or a CSV with the columns `time_s`, `x_m`, `y_m`, `z_m`.
         path: String = required, Kind::Text;
         /// Frame of the points; sensor.
         coordinates: CoordinatesName = or (CoordinatesName::default()), Kind::OneOf(&["sensor", "target", "geocentric", "utm"]);
@@ -254,7 +255,8 @@ section! {
     /// `[multibeam]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct MultibeamSection {
-        /// Path of the soundings: a CSV, a recorder's file, or a folder of recorder files.
+        /// Path of the soundings: a recorder's file, a folder of recorder files, or a CSV with the columns `time_s`, `ping`, `beam`,
+        /// `across_angle_deg`, `along_angle_deg` and `range_m` or `two_way_travel_time_s`.
         #[serde(skip_serializing_if = "Option::is_none")]
         path: Option<String> = or (None), Kind::Text;
         /// Several recorder files instead.

@@ -80,7 +80,8 @@ section! {
     /// `[trajectory]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct TrajectorySection {
-        /// Path of the trajectory. With recorder files it may be left out: then their own navigation is used.
+        /// Path of the trajectory: an SBET, a NovAtel log, POS MV groups or a CSV with the columns `time_s`, `latitude_deg`, `longitude_deg`, `height_m`, `roll_deg`,
+        /// `pitch_deg`, `heading_deg`. With recorder files it may be left out: then their own navigation is used.
         path: Option<String> = or (None), Kind::Text;
         /// Accuracies of an SBET (SMRMSG). They become the drift sigmas that are not given, each moment with its own.
         accuracies: Option<String> = or (None), Kind::Text;
@@ -172,7 +173,8 @@ section! {
     /// `[multibeam]`.
     #[derive(Clone, Debug, PartialEq)]
     pub struct MultibeamSection {
-        /// Path of the soundings: a CSV, a recorder's file, or a folder of recorder files.
+        /// Path of the soundings: a recorder's file, a folder of recorder files, or a CSV with the columns `time_s`, `ping`, `beam`,
+        /// `across_angle_deg`, `along_angle_deg` and `range_m` or `two_way_travel_time_s`.
         path: Option<String> = or (None), Kind::Text;
         /// Several recorder files instead.
         paths: Vec<String> = or (vec![]), Kind::Texts;
