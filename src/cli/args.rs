@@ -368,14 +368,19 @@ pub enum ExportName {
     /// card.csv, the values to enter and nothing else
     Csv,
     /// card-hvf.txt, for a CARIS vessel file
+    #[value(aliases = ["caris", "hvf"])]
     HvfCard,
     /// card-qimera.txt, for QPS Qinsy and Qimera
+    #[value(aliases = ["qinsy", "qps"])]
     Qimera,
     /// card-sis.txt, for Kongsberg SIS
+    #[value(alias = "kongsberg")]
     Sis,
     /// card-applanix.txt, for an Applanix POS MV
+    #[value(aliases = ["pos-mv", "posmv"])]
     Applanix,
     /// card-novatel.txt, for NovAtel SPAN and Inertial Explorer
+    #[value(alias = "span")]
     Novatel,
     /// Every form
     All,
@@ -523,7 +528,7 @@ pub struct Check {
 /// `info`.
 #[derive(Debug, Args)]
 pub struct Info {
-    /// Files of recorders
+    /// Files of recorders, or folders that hold some
     #[arg(value_name = "FILE", required = true, value_hint = ValueHint::FilePath)]
     pub files: Vec<PathBuf>,
     /// Georeference with the installation values and compare with the sounder's own points (keeps the file in memory)

@@ -42,6 +42,9 @@ pub fn run(args: &Budget, talk: &Talk) -> Result<Ending, CliError> {
         return of(&*procedures::scenario(&args.scenario)?.tried()?, args, talk);
     }
     let file = args.scenario.clone();
+    if !args.vary.is_empty() {
+        return Err(CliError::VaryOfSurvey { file });
+    }
     if !procedure.uses().survey_budget {
         let procedure = procedure.name();
         return Err(CliError::NeedsScenario { file, procedure });

@@ -107,7 +107,8 @@ const SCENARIO_FILE: &str = "scenario.toml";
 
 /// The procedure whose built-in scenario is meant, if one is.
 fn built_in(named: &Path) -> Option<&'static dyn Procedure> {
-    if named.exists() {
+    // a folder of the demo's name is no scenario
+    if named.is_file() {
         return None;
     }
     match named.to_str()? {

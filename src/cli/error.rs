@@ -195,6 +195,12 @@ pub enum CliError {
         /// The procedure.
         procedure: &'static str,
     },
+    /// `--vary` with a survey.
+    #[error("{}: whole file: found a survey, expected a scenario (or demo) with --vary; to see what another claimed error does to this survey, change it in the survey file and run boresight budget again", file.display())]
+    VaryOfSurvey {
+        /// The file.
+        file: PathBuf,
+    },
     /// A plan of a procedure that has none.
     #[error("{}: procedure: found \"{procedure}\", expected a procedure that plans passes; boresight budget says what a {procedure} survey would determine", file.display())]
     NoPlan {

@@ -84,3 +84,34 @@ fn a_wanted_of_nothing_that_is_estimated_is_refused() {
     let (code, _, said) = budget(&["--wanted", "yaw=-1"]);
     assert_eq!(code, Some(2), "{said}");
 }
+
+/// A sweep needs a scenario: a survey says so instead of being read as one.
+#[test]
+fn a_survey_with_vary_is_refused_in_words() {
+    let thin = include_str!("../../models/scenarios/single-pass-thin.toml");
+    let folder = crate::common::simulated(thin);
+    let vary = "trajectory.position_drift_sigma_m=0.001,0.005";
+    let arguments = ["budget", "survey/survey.toml", "--vary", vary];
+    let output = crate::common::run(&arguments, folder.path());
+    let said = crate::common::words(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("expected a scenario (or demo) with --vary"),
+        "{said}"
+    );
+}
+
+/// A folder that a demo left behind does not stand in the way of the built-in scenario.
+#[test]
+fn a_folder_called_demo_is_no_scenario() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join("demo")).expect("a folder");
+    let arguments = ["simulate", "demo", "--out", "survey"];
+    let output = crate::common::run(&arguments, folder.path());
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{}",
+        crate::common::words(&output)
+    );
+}
