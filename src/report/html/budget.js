@@ -73,8 +73,8 @@ function buildSourceTables() {
   if (!paths.length) return;
   const heads = [["standard deviation", UNITS, deviations], ["share of the variance, %", SOUGHT.map(p => number(p.name)), percents]];
   add("alone", "Source by source", paths.flatMap(path => [
-    ...heads.flatMap(([words, columns, of]) => shareRows(path, of).length ? [el("h3", {}, `${pathName(path)}: ${words}`), table(["source", "way", ...columns, number("usable")], shareRows(path, of))] : []),
-    ...(biasRows(path).length ? [el("h3", {}, `${pathName(path)}: bias`), table(["source", "way", ...UNITS], biasRows(path))] : [])]));
+    ...heads.flatMap(([words, columns, of]) => shareRows(path, of).length ? [folded(`${pathName(path)}: ${words}`, table(["source", "way", ...columns, number("usable")], shareRows(path, of)))] : []),
+    ...(biasRows(path).length ? [folded(`${pathName(path)}: bias`, table(["source", "way", ...UNITS], biasRows(path)))] : [])]));
 }
 
 function buildSources() {
@@ -99,7 +99,7 @@ function buildAgreement() {
 function buildSweepTable() {
   const sweep = RESULT.sweep;
   if (!sweep) return;
-  const rows = sweep.points.flatMap(point => point.paths.map(s => [...point.values.map(v => number(String(v))), BUDGET_PATHS[s.path].name, number(`${s.usable} of ${s.trials}`), ...cellsOf(s.rms), number(s.reported && s.reported.nees ? digits(s.reported.nees.mean, 2) : "-")]));
+  const rows = sweep.points.flatMap(point => point.paths.map(s => [...point.values.map(v => number(String(v))), BUDGET_PATHS[s.path].name, number(s.trials ? `${s.usable} of ${s.trials}` : "-"), ...cellsOf(s.rms), number(s.reported && s.reported.nees ? digits(s.reported.nees.mean, 2) : "-")]));
   add("sweep-table", "Sweep: root mean square error", table([...sweep.keys.map(key => number(keyWords(key))), "path", number("usable"), ...UNITS, number("NEES")], rows));
 }
 
@@ -107,7 +107,7 @@ function buildSwathTable() {
   if (!RESULT.swath || !RESULT.swath.paths.length) return;
   const both = u => number(`${short(u.horizontal_m)} / ${short(u.vertical_m)}`);
   const rows = swathPaths().flatMap(path => path.depths.flatMap(d => d.beams.filter(b => Math.abs(b.angle_deg % 20) < 1e-9 || Math.abs(b.angle_deg) === 70).map(b => [BUDGET_PATHS[path.path].name, number(short(d.depth_m)), number(short(b.angle_deg)), both(b.calibration), both(b.sensors), both(b.total), b.order || "none"])));
-  add("swath-table", "Soundings: horizontal / vertical uncertainty, 95 %, m", table(["calibration by", number("depth, m"), number("beam, deg"), number("calibration"), number("INS and sonar"), number("total"), "order kept"], rows));
+  add("swath-table", "Soundings: horizontal / vertical uncertainty, 95 %, m", folded("Beam by beam", table(["calibration by", number("depth, m"), number("beam, deg"), number("calibration"), number("INS and sonar"), number("total"), "order kept"], rows)));
 }
 
 function buildRefusals() {
@@ -118,10 +118,10 @@ function buildRefusals() {
 function buildEnd() {
   const notes = RESULT.notes || [];
   if (notes.length) add("notes", "Notes", el("ul", { class: "weak" }, notes.map(words => el("li", {}, words))));
-  add("configuration", "Configuration", RESULT.command ? [el("h3", {}, "Command"), el("pre", {}, RESULT.command)] : [], el("h3", {}, "Configuration of both paths"), el("pre", {}, JSON.stringify(RESULT.configuration, null, 2)),
+  add("configuration", "Configuration", RESULT.command ? [el("h3", {}, "Command"), el("pre", {}, RESULT.command)] : [], folded("Configuration of both paths", el("pre", {}, JSON.stringify(RESULT.configuration, null, 2))),
     note(`Scenario SHA-256 (without its seed): ${RESULT.scenario_sha256}`));
 }
 
-[buildHead, buildShares, buildTornado, buildPaths, buildSwath, buildSweep, buildHonesty, buildFigures, buildSourceTables, buildAgreement, buildSweepTable, buildSwathTable, buildSources, buildRefusals, buildEnd].forEach(build => build());
+[buildHead, buildSweep, buildShares, buildTornado, buildPaths, buildSwath, buildHonesty, buildFigures, buildSourceTables, buildAgreement, buildSweepTable, buildSwathTable, buildSources, buildRefusals, buildEnd, buildContents].forEach(build => build());
 
 document.documentElement.dataset.ready = "yes";

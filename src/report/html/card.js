@@ -31,7 +31,7 @@ function buildCard() {
   const card = DATA.card;
   if (!card) return;
   const place = el("div", {}), path = PATHS.find(p => p.key === card.solution);
-  const choices = [["boresight's survey file", () => ownTable(card)], ...RESULT.conventions.map(entry => [entry.software, () => conventionTable(entry)])];
+  const choices = [["boresight's survey file", () => ownTable(card)], ...RESULT.conventions.map(entry => [programName(entry), () => conventionTable(entry)])];
   const choose = el("select", { "aria-label": "program" }, choices.map(([name], i) => el("option", { value: i }, name)));
   const show = () => place.replaceChildren(...[choices[choose.value][1]()].flat(Infinity));
   choose.value = "0";

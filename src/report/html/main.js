@@ -19,15 +19,9 @@ function buildHead() {
   section("footer").textContent = `${RESULT.software.name} ${RESULT.software.version}, seed ${RESULT.seed}. The numbers of this page, in full precision, are in result.json and parameters.csv beside it.`;
 }
 
-/** Links to every section. */
-function buildContents() {
-  const links = [...document.querySelectorAll("main section")].map(home => el("a", { href: `#${home.id}` }, home.querySelector("h2").textContent));
-  section("contents").append(...links);
-}
-
 buildHead();
-buildVerdict();
 buildCard();
+buildVerdict();
 OWN.forEach(build => build());
 [buildSolution, buildCorrections, buildDetermined, buildConvergence, buildQuality, buildConventions, buildCounts, buildConfiguration, buildContents].forEach(build => build());
 

@@ -152,6 +152,6 @@ function buildEnd() {
   add("notes", "Notes", el("ul", { class: "weak" }, RESULT.notes.map(words => el("li", {}, words))), RESULT.command ? [el("h3", {}, "Command"), el("pre", {}, RESULT.command)] : []);
 }
 
-[buildHead, buildGain, buildCandidates, buildCourses, buildVariations, buildTables, buildEnd].forEach(build => build());
+[buildHead, buildGain, buildCandidates, buildCourses, buildVariations, buildTables, buildEnd, buildContents].forEach(build => build());
 
 document.documentElement.dataset.ready = "yes";

@@ -13,6 +13,15 @@ function add(id, heading, ...children) {
   return node;
 }
 
+/** Links to every section. */
+function buildContents() {
+  const links = [...document.querySelectorAll("main section")].map(home => el("a", { href: `#${home.id}` }, home.querySelector("h2").textContent));
+  section("contents").append(...links);
+}
+
+/** Details that few readers need, folded. */
+function folded(title, ...content) { return el("details", {}, el("summary", {}, title), ...content); }
+
 function note(...content) { return el("p", { class: "note" }, ...content); }
 
 function chip(content, kind) { return el("span", { class: `chip ${kind || ""}` }, content); }

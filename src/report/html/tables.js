@@ -3,9 +3,6 @@
 /** What a procedure adds: its scripts put builders here, run in this order after the card. */
 const OWN = [];
 
-/** Details that few readers need, folded. */
-function folded(title, ...content) { return el("details", {}, el("summary", {}, title), ...content); }
-
 // SOLUTION
 
 function correctionRows() {
@@ -49,13 +46,19 @@ function fieldLines(fields, places, unit) {
   return fields.map(field => el("div", {}, `${field.name}${missing(field.value) ? ": left out" : `  ${digits(field.value, places)} ${unit}`}`, el("small", {}, `  + ${field.positive}`)));
 }
 
+/** The program, and which record of it where there are several. */
+function programName(entry) {
+  const several = RESULT.conventions.some(other => other.software === entry.software && other !== entry);
+  return several ? `${entry.software}: ${entry.mounting}` : entry.software;
+}
+
 function buildConventions() {
   if (!RESULT.conventions.length) return;
   add("conventions", "Conventions of other software",
     note("The same mounting with other programs' axes and signs. Lever arms run from the INS centre to the sonar; a program that counts from another reference point needs the INS's own offset added. ",
       "What no public document settles is left out, not guessed."),
     table(["software", "lever arm", "mounting angles", "signs, order, source"], RESULT.conventions.map(entry => [
-      el("span", {}, el("b", {}, entry.software), el("div", {}, el("small", {}, entry.axes))),
+      el("span", {}, el("b", {}, programName(entry)), el("div", {}, el("small", {}, entry.axes))),
       el("span", { style: "white-space:nowrap" }, fieldLines(entry.lever_arm_m, 4, "m")),
       el("span", { style: "white-space:nowrap" }, fieldLines(entry.angles_deg, 4, "deg")),
       el("span", {}, entry.remark, entry.sources.map(source => el("div", {}, el("small", {}, source))))])),
@@ -85,8 +88,8 @@ function qualityOf(path) {
   if (quality.groups.length) parts.push(el("h3", {}, "Groups of observations"), table(["group", number("observations"), number("redundancy"), number("variance component"), "remark"],
     quality.groups.map(group => [group.name, number(grouped(group.observations)), number(digits(group.redundancy, 1)),
       number(missing(group.variance_component) ? "held at 1" : withSigma(group.variance_component, group.standard_deviation)), group.note || ""])));
-  if (quality.priors.length) parts.push(el("h3", {}, "Prior values used as observations"), table(["prior", number("one sigma"), "unit"],
-    quality.priors.map(prior => [prior.name, number(short(prior.standard_deviation)), prior.unit])));
+  if (quality.priors.length) parts.push(folded("Prior values used as observations", table(["prior", number("one sigma"), "unit"],
+    quality.priors.map(prior => [prior.name, number(short(prior.standard_deviation)), prior.unit]))));
   if (reliability.tests && reliability.tests.length) parts.push(el("h3", {}, "Data snooping"), table(["level", number("significance"), number("critical |w|"), number("delta0"), number("flagged")],
     reliability.tests.map(test => [test.name, number(percent(test.significance)), number(digits(test.critical_value, 2)), number(digits(test.non_centrality, 2)), number(grouped(test.flagged))])));
   if (reliability.worst.length) parts.push(el("h3", {}, "Largest normalised residuals"), worstTable(reliability),
