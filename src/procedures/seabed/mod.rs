@@ -1,4 +1,4 @@
-//! Multibeam over natural seabed: soundings of overlapping lines, no target, no second sensor (method: `docs/seabed.md`).
+//! Multibeam over natural seabed: soundings of overlapping lines, no target, no second sensor (method: `docs/seabed-measured.md`).
 //!
 //! | part | what it does |
 //! |---|---|

@@ -1,6 +1,6 @@
 //! The paper's path: the lines' seabeds as images, features matched between them, the overall adjustment of the matched points.
 //!
-//! What the text leaves open and what was chosen is listed in `docs/seabed.md`.
+//! What the text leaves open and what was chosen is listed in `docs/seabed-measured.md`.
 
 use crate::math;
 use nalgebra::{Vector2, Vector3};
@@ -225,7 +225,7 @@ fn open(sides: &[[Side; 2]], found: &Overall) -> Option<String> {
     (!names.is_empty()).then(|| names.join(", "))
 }
 
-/// The paper's unknowns in the sense of this program: roll, heading and latency with the opposite sign (`docs/seabed.md`).
+/// The paper's unknowns in the sense of this program: roll, heading and latency with the opposite sign (`docs/seabed-measured.md`).
 fn corrected(nominal: &Values, found: &Overall) -> Values {
     let mut step = vec![0.0; count(nominal.mountings.len()) + nominal.states.len()];
     step[0] = found.pitch_rad;
