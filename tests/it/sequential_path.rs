@@ -230,7 +230,7 @@ fn signs_are_right_for_each_angle_alone_in_both_variants() {
 fn literal_comes_close_and_says_how_it_ended() {
     let truth = truth([0.6, -0.9, 1.2], [0.0; 3]);
     let outcome = calibrate(&truth, &PARALLEL, &SequentialConfig::default()).expect("runs");
-    let solution = outcome.solution();
+    let solution = outcome.solution(None);
     assert!(solution.usable, "{solution:?}");
     assert_eq!(solution.details["variant"], "literal");
     let passes = solution.details["passes"].as_array().expect("passes");
@@ -273,14 +273,14 @@ fn literal_stalls_in_a_cycle_and_keeps_its_best_pass() {
     else {
         panic!("{:?} {:?}", outcome.end, outcome.passes)
     };
-    assert_eq!(outcome.solution().status, Status::Stalled);
+    assert_eq!(outcome.solution(None).status, Status::Stalled);
     assert!(
         outcome
-            .solution()
+            .solution(None)
             .message
             .contains(&format!("pass {kept_pass} kept")),
         "{}",
-        outcome.solution().message
+        outcome.solution(None).message
     );
     assert!(largest_rad > 0.05_f64.to_radians());
     assert!((0..outcome.passes.len()).all(|k| largest(k) >= largest_rad));
@@ -393,7 +393,7 @@ fn repeating_removes_the_bias_of_the_single_round() {
         off(&repeated)
     );
     assert_eq!(
-        repeated.solution().details["variant"],
+        repeated.solution(None).details["variant"],
         "projected, repeated"
     );
 }
