@@ -448,10 +448,11 @@ mod tests {
         for (found, due) in read.line.iter().zip(&sailed.line) {
             assert_eq!(found.name, due.name);
             near("speed", found.speed_m_s, due.speed_m_s, 0.02);
-            // about the middle of the soundings; a line ends with its last ping, up to 3.5 m/s / 1.6 Hz before its end
+            // about the middle of the soundings; a line is told from its first to its last ping, which lie in it
+            let pings_m = 2.0 * due.speed_m_s / sailed.multibeam.ping_rate_hz;
             let way = |line: &Course| [0, 1].map(|k| line.to_m[k] - line.from_m[k]);
             near("east", way(found)[0], way(due)[0], 0.2);
-            near("north", way(found)[1], way(due)[1], 2.3);
+            near("north", way(found)[1], way(due)[1], pings_m);
         }
         let apart = |of: &SeabedScenario| of.line[1].to_m[0] - of.line[0].from_m[0];
         near("lines apart", apart(&read), apart(&sailed), 0.2);
