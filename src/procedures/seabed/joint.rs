@@ -18,7 +18,7 @@ use super::normal::{
 };
 use super::parameters::{self, Kind, Parameter};
 use super::reml::{Bounds, restricted_likelihood};
-use super::scene::{Scene, Sounding};
+use super::scene::{AssumedWhite, Scene, Sounding};
 use super::screen::Screen;
 use super::shared::shared_noise;
 use super::shares::Shares;
@@ -100,6 +100,8 @@ pub struct Joint {
     pub motion_sigma: Option<Vec<f64>>,
     /// The field.
     pub field: Field,
+    /// White noise of the INS that was assumed.
+    pub assumed: AssumedWhite,
     /// Whether the last steps were small.
     pub converged: bool,
     /// Every pass.
@@ -722,6 +724,7 @@ impl<'a> Work<'a> {
                 false => None,
             },
             field: self.field,
+            assumed: self.scene.ins.assumed,
             converged,
             omega_over_freedom: passed.normal.omega / passed.normal.freedom,
             freedom: passed.normal.freedom,

@@ -8,6 +8,29 @@ use crate::georef::Layers;
 use crate::math;
 use crate::observe::{ArrayMountings, Mounting, SoundSpeedProfile, TideCurve, Trajectory};
 
+/// Which white noise of the INS nobody stated: a survey file that leaves it out has that of an ordinary installation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AssumedWhite {
+    /// [`InsNoise::position_m`].
+    pub position: bool,
+    /// [`InsNoise::roll_pitch_rad`].
+    pub roll_pitch: bool,
+    /// [`InsNoise::heading_rad`].
+    pub heading: bool,
+}
+
+impl AssumedWhite {
+    /// The keys of `[trajectory]` that would have stated it.
+    pub fn keys(self) -> impl Iterator<Item = &'static str> {
+        let all = [
+            (self.position, "position_sigma_m"),
+            (self.roll_pitch, "roll_pitch_sigma_deg"),
+            (self.heading, "heading_sigma_deg"),
+        ];
+        all.into_iter().filter_map(|(is, key)| is.then_some(key))
+    }
+}
+
 /// A-priori noise and drift of the INS, metres, radians, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InsNoise {
@@ -31,6 +54,8 @@ pub struct InsNoise {
     pub heading_drift_rad: f64,
     /// Correlation time of the heading drift, seconds.
     pub heading_correlation_s: f64,
+    /// Which of the white noise was assumed.
+    pub assumed: AssumedWhite,
 }
 
 /// Standard deviations of the trajectory's drift where a file states them over time; linear between its records, held at the ends.

@@ -132,16 +132,25 @@ fn waves(joint: &Joint) -> Option<Finding> {
     ))
 }
 
-/// Noise that is not the claimed one. One factor scales it on all beams, so that a claim of the wrong shape stays wrong.
+/// Noise that is not the claimed one. One factor scales the sonar's on all beams, so that a claim of the wrong shape stays wrong, and too
+/// much stated of the INS makes it too small.
 fn noise(joint: &Joint) -> Option<Finding> {
     let factor = joint.field.noise_factor;
+    let assumed: Vec<&str> = joint.assumed.keys().collect();
+    let of_ins = match assumed.is_empty() {
+        true => String::new(),
+        false => format!(
+            " (not in the survey file, taken as an ordinary INS': {})",
+            assumed.join(", ")
+        ),
+    };
     (joint.field.noise_is_as_claimed() == Some(false)).then(|| {
         Finding::new(
             "noise_claim",
             Severity::Finding,
             format!("the soundings have {factor:.2} times the noise that is claimed of them"),
             "0.8 to 1.25 times".to_owned(),
-            "state range_sigma_m, angle_sigma_deg and angle_sigma_growth under [multibeam] as the sounder's maker does: a wrong share of the outer beams lets the score tests name causes that are none",
+            format!("state range_sigma_m, angle_sigma_deg and angle_sigma_growth under [multibeam] as the sounder's maker does, and position_sigma_m and roll_pitch_sigma_deg under [trajectory] as the INS has them from record to record{of_ins}: a wrong share of either lets the score tests name causes that are none"),
         )
     })
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::super::scene::AssumedWhite;
 use super::file::SeabedSurveyFile;
 use super::tide;
 use crate::survey::document::Document;
@@ -28,6 +29,18 @@ pub(super) struct Given {
     pub(super) trajectory: Vec<String>,
     /// Sigmas that were not given, with what they are taken to be.
     pub(super) assumed: Vec<String>,
+}
+
+impl Given {
+    /// White noise of the INS that was not given.
+    pub(super) fn white(&self) -> AssumedWhite {
+        let assumed = |key: &str| !self.trajectory.iter().any(|own| own == key);
+        AssumedWhite {
+            position: assumed("position_sigma_m"),
+            roll_pitch: assumed("roll_pitch_sigma_deg"),
+            heading: assumed("heading_sigma_deg"),
+        }
+    }
 }
 
 /// Keys that recorder files supply, or that have a value to go on with.

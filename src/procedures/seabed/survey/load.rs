@@ -201,6 +201,7 @@ fn of_recorders(
         &from.soundings,
     );
     scene.drift = from.drift;
+    scene.ins.assumed = from.assumed;
     if by_name {
         one_each(&mut scene, &profiles);
     } else {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::super::scene::DriftSigmas;
+use super::super::scene::{AssumedWhite, DriftSigmas};
 use super::external::{self, External};
 use super::file::{LineSection, SeabedSurveyFile};
 use super::filled::{self, Given};
@@ -29,6 +29,8 @@ pub(super) struct FromRecorders {
     pub(super) trajectory: TrajectoryRecords,
     /// Standard deviations of its drift over time, where a file states them.
     pub(super) drift: DriftSigmas,
+    /// White noise of the INS that the survey file does not state.
+    pub(super) assumed: AssumedWhite,
     /// Casts in order of time, with it; without a time where the survey file names the profile.
     pub(super) casts: Vec<(Option<f64>, SoundSpeedProfile)>,
     /// The tide over time, where the survey file names one.
@@ -102,6 +104,7 @@ pub(super) fn load(
         file,
         trajectory: navigation.records,
         drift: drift.unwrap_or_default(),
+        assumed: given.white(),
         casts,
         tide,
         notes,
