@@ -138,8 +138,8 @@ impl Sums {
                 let sums = self.normal[4 * block + i].as_chunks_mut::<4>().0;
                 let factors: [f64; N] =
                     std::array::from_fn(|k| rows[k].weight * rows[k].values[block][i]);
-                for q in block..Q {
-                    add_multiples(&factors, rows, q, &mut sums[q]);
+                for (q, sums) in sums.iter_mut().enumerate().take(Q).skip(block) {
+                    add_multiples(&factors, rows, q, sums);
                 }
             }
         }
@@ -156,8 +156,8 @@ impl Sums {
                     rows[k].weight * rows[k].visible[v] * rows[k].epochs[e]
                 });
                 let sums = sums.as_chunks_mut::<4>().0;
-                for q in 0..Q {
-                    add_multiples(&factors, rows, q, &mut sums[q]);
+                for (q, sums) in sums.iter_mut().enumerate().take(Q) {
+                    add_multiples(&factors, rows, q, sums);
                 }
             }
         }

@@ -425,8 +425,13 @@ mod tests {
         near("depth", bed.depth_m, due.depth_m + lower_m, 0.5);
         near("slope", bed.slope_deg, due.slope_deg, 0.6);
         near("azimuth", bed.azimuth_deg, due.azimuth_deg, 10.0);
-        near("relief", (bed.relief_m / due.relief_m).ln(), 0.0, 0.7);
-        near("its length", (bed.length_m / due.length_m).ln(), 0.0, 0.7);
+        near("relief", math::ln(bed.relief_m / due.relief_m), 0.0, 0.7);
+        near(
+            "its length",
+            math::ln(bed.length_m / due.length_m),
+            0.0,
+            0.7,
+        );
         let (motion, due) = (&read.motion, &sailed.motion);
         for (what, found, due) in [
             ("roll", motion.roll_deg, due.roll_deg),
