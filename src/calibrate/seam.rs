@@ -224,7 +224,10 @@ impl Settings {
             return Err(unused("--simple", "it has one joint model only"));
         }
         if !self.extras.is_empty() && !uses.extras {
-            return Err(unused("extra", "it takes no unknowns of the caller's own"));
+            return Err(unused(
+                "extra",
+                "no soundings are there for an unknown of the caller's own to act on",
+            ));
         }
         Ok(())
     }

@@ -77,6 +77,12 @@ impl Skyline {
         self.values[at] += value;
     }
 
+    /// The entry of an unknown on the diagonal.
+    #[must_use]
+    pub fn diagonal(&self, i: usize) -> f64 {
+        self.values[self.at(i, i)]
+    }
+
     fn row(&self, row: usize) -> &[f64] {
         &self.values[self.start[row]..self.start[row + 1]]
     }

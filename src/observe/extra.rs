@@ -1,7 +1,5 @@
 //! Unknowns of the caller's own: systematic effects on the soundings that the model does not have.
 
-use super::Soundings;
-
 /// What one unit of an own unknown changes of a sounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acts {
@@ -44,10 +42,9 @@ impl Extra {
         self.derivative.get(row).copied().filter(|d| d.is_finite())
     }
 
-    /// What is wrong with it for these soundings, as what was found and what was expected.
+    /// What is wrong with it for so many soundings, as what was found and what was expected.
     #[must_use]
-    pub fn fault(&self, soundings: &Soundings) -> Option<(String, String)> {
-        let rows = soundings.len();
+    pub fn fault(&self, rows: usize) -> Option<(String, String)> {
         let found = |found: String, expected: String| Some((found, expected));
         if self.derivative.len() != rows {
             let expected = format!("{rows} rows, one a sounding");
@@ -69,4 +66,45 @@ impl Extra {
             _ => None,
         }
     }
+}
+
+/// An own unknown that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("extra {name}: found {found}, expected {expected}")]
+pub struct ExtraFault {
+    /// Its name.
+    pub name: String,
+    /// What was found.
+    pub found: String,
+    /// What was expected.
+    pub expected: String,
+}
+
+/// Refuses own unknowns that cannot be used with so many soundings, or whose name is among those `taken`.
+///
+/// # Errors
+/// [`ExtraFault`], of the first one that cannot be used.
+pub fn check(extras: &[Extra], rows: usize, taken: &[&str]) -> Result<(), ExtraFault> {
+    let refused = |name: &str, found: String, expected: String| ExtraFault {
+        name: name.to_owned(),
+        found,
+        expected,
+    };
+    if extras.len() > MOST_EXTRAS {
+        let (found, name) = (extras.len().to_string(), &extras[MOST_EXTRAS].name);
+        return Err(refused(name, found, format!("at most {MOST_EXTRAS}")));
+    }
+    let mut taken = taken.to_vec();
+    for extra in extras {
+        if let Some((found, expected)) = extra.fault(rows) {
+            return Err(refused(&extra.name, found, expected));
+        }
+        if extra.name.trim().is_empty() || taken.contains(&extra.name.as_str()) {
+            let expected = format!("a name of its own, none of {}", taken.join(", "));
+            let found = format!("\"{}\"", extra.name);
+            return Err(refused(&extra.name, found, expected));
+        }
+        taken.push(&extra.name);
+    }
+    Ok(())
 }

@@ -15,7 +15,7 @@ pub mod trajectory;
 pub mod usbl;
 
 pub use campaign::Campaign;
-pub use extra::{Acts, Extra, MOST_EXTRAS};
+pub use extra::{Acts, Extra, ExtraFault, MOST_EXTRAS};
 pub use laser::{LaserCoordinates, LaserNoise, LaserScan};
 pub use rail::{
     AttitudeNoise, AttitudeRecord, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord,

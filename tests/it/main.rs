@@ -25,6 +25,7 @@ mod compare;
 mod coordinates;
 mod dependencies;
 mod extras;
+mod extras_seabed;
 mod foreign_bytes;
 mod formats;
 #[cfg(feature = "cli")]

@@ -23,7 +23,7 @@ use crate::geometry::ellipsoid::TargetPose;
 use crate::geometry::plane::{Plane, PlaneFit};
 use crate::georef::{RayError, georeference};
 use crate::matching::{Patches, Water};
-use crate::observe::{Campaign, Extra, MOST_EXTRAS, Mounting, PoseSample, Struck};
+use crate::observe::{Campaign, Extra, ExtraFault, Mounting, PoseSample, Struck, extra};
 use crate::target::{Role, Target};
 use crate::watch::{Stopped, Unwatched, Watch};
 
@@ -78,15 +78,8 @@ pub enum PoolError {
     #[error("sound speed: {0}")]
     SoundSpeed(#[from] RayError),
     /// An unknown of the caller's own cannot be used.
-    #[error("extra {name}: found {found}, expected {expected}")]
-    Extra {
-        /// Which one.
-        name: String,
-        /// What is wrong.
-        found: String,
-        /// What would be right.
-        expected: String,
-    },
+    #[error(transparent)]
+    Extra(#[from] ExtraFault),
     /// Soundings that were kept in a file cannot be read from it again.
     #[error("soundings: {0}")]
     File(#[from] SpillError),
@@ -179,34 +172,9 @@ pub fn calibrate_with<'a>(
 
 /// Refuses unknowns of the caller's own that cannot be used, or whose name another parameter has.
 fn check_extras(input: &PoolInput) -> Result<(), PoolError> {
-    let refused = |name: &str, found: String, expected: String| PoolError::Extra {
-        name: name.to_owned(),
-        found,
-        expected,
-    };
-    if input.extras.len() > MOST_EXTRAS {
-        let (found, name) = (
-            input.extras.len().to_string(),
-            &input.extras[MOST_EXTRAS].name,
-        );
-        return Err(refused(name, found, format!("at most {MOST_EXTRAS}")));
-    }
     let mut taken = joint::SIX.to_vec();
     taken.extend(["latency", "range_scale"]);
-    for extra in input.extras {
-        if let Some((found, expected)) = extra.fault(&input.campaign.soundings) {
-            return Err(refused(&extra.name, found, expected));
-        }
-        if extra.name.trim().is_empty() || taken.contains(&extra.name.as_str()) {
-            let expected = format!("a name of its own, none of {}", taken.join(", "));
-            return Err(refused(
-                &extra.name,
-                format!("\"{}\"", extra.name),
-                expected,
-            ));
-        }
-        taken.push(&extra.name);
-    }
+    extra::check(input.extras, input.campaign.soundings.len(), &taken)?;
     Ok(())
 }
 

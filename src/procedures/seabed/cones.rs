@@ -24,6 +24,7 @@ pub(super) fn aim(
         transducer_m: aim.transducer_m,
         direction: cones.direction,
         sideways: cones.angles[1],
+        forwards: cones.angles[0],
         sensor: None,
         head_speed_m_s: (speed_m_s > 0.0).then_some(speed_m_s),
     })

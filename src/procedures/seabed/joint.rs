@@ -48,6 +48,14 @@ pub enum JointError {
         /// All.
         all: usize,
     },
+    /// The observations tell nothing of an unknown of the caller's own.
+    #[error(
+        "extra {name}: found an effect that no sounding tells of, expected one on soundings that lines have in common, other than that of every other unknown"
+    )]
+    Extra {
+        /// Its name.
+        name: String,
+    },
     /// The normal matrix is not positive definite.
     #[error("the normal equations of pass {pass} are singular")]
     Singular {
@@ -549,6 +557,7 @@ impl<'a> Work<'a> {
             Kind::Pitch | Kind::Roll | Kind::Yaw => true,
             Kind::Latency => seabed.latency,
             Kind::RangeScale if !seabed.range_scale => false,
+            Kind::Own => fine,
             _ => fine && self.scene.prior_sigma(p) > 0.0,
         };
         Sought {
@@ -592,12 +601,41 @@ impl<'a> Work<'a> {
     fn pass(&self, tiles: &[Tile], sought: &Sought, pass: usize) -> Result<Passed, JointError> {
         let blocks = self.blocks(tiles, sought, Part::All)?;
         let normal = self.normal(&blocks, sought);
-        let solved = normal.solve().ok_or(JointError::Singular { pass })?;
+        let Some(solved) = normal.solve() else {
+            return Err(self.singular(tiles, sought, pass)?);
+        };
+        let mut own = sought.own(self.scene);
+        if let Some(k) = own.find(|k| normal.is_taken_up(*k, &solved)) {
+            return Err(self.untold(k));
+        }
         Ok(Passed {
             blocks,
             solved,
             normal,
         })
+    }
+
+    fn untold(&self, parameter: usize) -> JointError {
+        let name = self.scene.parameters()[parameter].name();
+        JointError::Extra { name }
+    }
+
+    /// Why normal equations are singular: an unknown of the caller's own, if they are not without it.
+    fn singular(
+        &self,
+        tiles: &[Tile],
+        sought: &Sought,
+        pass: usize,
+    ) -> Result<JointError, JointError> {
+        for k in sought.own(self.scene) {
+            let mut without = sought.clone();
+            without.parameters[k] = false;
+            let blocks = self.blocks(tiles, &without, Part::All)?;
+            if self.normal(&blocks, &without).solve().is_some() {
+                return Ok(self.untold(k));
+            }
+        }
+        Ok(JointError::Singular { pass })
     }
 
     /// Writes a pass down and gives its largest step in sigmas.

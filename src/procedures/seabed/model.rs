@@ -8,9 +8,9 @@ use super::parameters::{
 };
 use super::scene::{Head, Scene, Sounding, axis};
 use super::states::{Component, States};
-use crate::georef::Layers;
+use crate::georef::{self, Layers, effects};
 use crate::math;
-use crate::observe::{ArrayMountings, Mounting};
+use crate::observe::{Acts, ArrayMountings, Extra, Mounting};
 
 /// Values of the parameters, and of the trajectory's states.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +27,8 @@ pub struct Values {
     pub heave_lag_s: f64,
     /// Relative error of the profile at the reference depth.
     pub deep_sound_speed: f64,
+    /// Unknowns of the caller's own.
+    pub extras: Vec<f64>,
     /// Trajectory errors on knots and heights of the lines.
     pub states: Vec<f64>,
 }
@@ -42,8 +44,16 @@ impl Values {
             heave_scale: 0.0,
             heave_lag_s: 0.0,
             deep_sound_speed: 0.0,
+            extras: vec![0.0; scene.extras.len()],
             states: vec![0.0; states.len()],
         }
+    }
+
+    /// A step of nothing, for [`Self::stepped`].
+    #[must_use]
+    pub fn no_step(&self) -> Vec<f64> {
+        let parameters = count(self.mountings.len()) + self.extras.len();
+        vec![0.0; parameters + self.states.len()]
     }
 
     /// Applies a step: the parameters first, then the states.
@@ -55,8 +65,10 @@ impl Values {
             let arm = Vector3::from(arm.map(|k| k.map_or(0.0, |k| step[k])));
             mounting.corrected(&turn, &arm)
         };
-        let states = &step[count(self.mountings.len())..];
+        let behind = &step[count(self.mountings.len())..];
+        let (extras, states) = behind.split_at(self.extras.len());
         let states = self.states.iter().zip(states);
+        let extras = self.extras.iter().zip(extras);
         Self {
             mountings: self.mountings.iter().enumerate().map(corrected).collect(),
             latency_s: self.latency_s + step[LATENCY],
@@ -64,6 +76,7 @@ impl Values {
             heave_scale: self.heave_scale + step[HEAVE_SCALE],
             heave_lag_s: self.heave_lag_s + step[HEAVE_LAG],
             deep_sound_speed: self.deep_sound_speed + step[DEEP_SOUND_SPEED],
+            extras: extras.map(|(x, dx)| x + dx).collect(),
             states: states.map(|(x, dx)| x + dx).collect(),
         }
     }
@@ -88,6 +101,7 @@ impl Values {
         off[HEAVE_SCALE] = self.heave_scale;
         off[HEAVE_LAG] = self.heave_lag_s;
         off[DEEP_SOUND_SPEED] = self.deep_sound_speed;
+        off.extend(&self.extras);
         off
     }
 }
@@ -113,6 +127,11 @@ pub struct Located {
     pub heave: [f64; 2],
     /// How the beam left the sonar.
     aim: Aim,
+    /// Its angles, as own unknowns correct them, radians.
+    across_rad: f64,
+    along_rad: f64,
+    /// By how much own unknowns lengthen the ray, metres.
+    beyond_m: f64,
     /// Depth of the transducer, metres.
     pub(super) depth_m: f64,
     velocity_m_s: Vector3<f64>,
@@ -148,6 +167,8 @@ pub(super) struct Aim {
     pub(super) direction: Vector3<f64>,
     /// See `direction`.
     pub(super) sideways: Vector3<f64>,
+    /// Derivative of `direction` by the along angle.
+    pub(super) forwards: Vector3<f64>,
     /// Sonar into local frame, of one head; of two arrays the angle's derivative serves for small changes.
     pub(super) sensor: Option<Matrix3<f64>>,
     /// Sound speed that the beam former used; `None` for the profile's.
@@ -156,11 +177,9 @@ pub(super) struct Aim {
 
 impl Aim {
     /// The direction with the across angle changed by `by` radians.
-    fn turned(&self, sounding: &Sounding, by_rad: f64) -> Vector3<f64> {
+    fn turned(&self, (across_rad, along_rad): (f64, f64), by_rad: f64) -> Vector3<f64> {
         match self.sensor {
-            Some(sensor) => {
-                sensor * beam_directions(sounding.across_rad + by_rad, sounding.along_rad).0
-            }
+            Some(sensor) => sensor * beam_directions(across_rad + by_rad, along_rad).0,
             None => (self.direction + self.sideways * by_rad).normalize(),
         }
     }
@@ -192,7 +211,8 @@ impl<'a> Locator<'a> {
     /// Where sounding `k` struck; `None` outside the trajectory, out of the water, or without a ray.
     #[must_use]
     pub fn locate(&self, k: usize) -> Option<Located> {
-        let sounding = &self.scene.soundings[k];
+        let (sounding, [lift_m, beyond_m]) = self.acted(k);
+        let sounding = &sounding;
         let time_s = sounding.time_s - self.values.latency_s;
         let measured = self.scene.trajectory.pose_at(time_s).ok()?;
         let heave = self.heave(time_s)?;
@@ -202,7 +222,8 @@ impl<'a> Locator<'a> {
             * crate::geometry::rotation::exp(&Vector3::new(drift[3], drift[4], drift[5]));
         let lift = self.scene.lift_m(line, time_s)
             + self.values.heave_scale * heave[0]
-            + self.values.heave_lag_s * heave[1];
+            + self.values.heave_lag_s * heave[1]
+            + lift_m;
         let shift = Vector3::new(drift[0], drift[1], drift[2] + lift);
         let position = measured.position_m + shift;
         let head = usize::from(sounding.head);
@@ -221,6 +242,7 @@ impl<'a> Locator<'a> {
             self.scene.water.level_m + self.scene.tide_m(line, time_s) - aim.transducer_m.z;
         let layers = &self.layers[self.cast(sounding)];
         let ray = self.chord(layers, depth_m, (&aim, aim.direction), sounding.one_way_s)?;
+        let ray = lengthened(ray, beyond_m);
         let (velocity_m_s, turning) = self.rates(time_s)?;
         Some(Located {
             point_m: aim.transducer_m + ray,
@@ -232,12 +254,32 @@ impl<'a> Locator<'a> {
             sine: math::sin(sounding.across_rad),
             heave,
             aim,
+            across_rad: sounding.across_rad,
+            along_rad: sounding.along_rad,
+            beyond_m,
             depth_m,
             velocity_m_s,
             turning,
             lever_arm_m: self.values.mountings[head].lever_arm_m,
             scale: 1.0 + self.values.range_scale,
         })
+    }
+
+    /// Sounding `k` as own unknowns correct its angles; by how much they lift it and lengthen its ray, metres.
+    fn acted(&self, k: usize) -> (Sounding, [f64; 2]) {
+        let mut sounding = self.scene.soundings[k];
+        if self.scene.extras.is_empty() {
+            return (sounding, [0.0; 2]);
+        }
+        let mut beam = georef::Beam {
+            range_m: 0.0,
+            across_rad: sounding.across_rad,
+            along_rad: sounding.along_rad,
+        };
+        let (extras, values) = (&self.scene.extras, &self.values.extras);
+        let lift_m = effects::act(extras, values, sounding.row as usize, &mut beam);
+        (sounding.across_rad, sounding.along_rad) = (beam.across_rad, beam.along_rad);
+        (sounding, [lift_m, beam.range_m])
     }
 
     /// A beam of one head that sends and hears at one moment.
@@ -249,11 +291,13 @@ impl<'a> Locator<'a> {
     ) -> Aim {
         let mounting = &self.values.mountings[usize::from(sounding.head)];
         let sensor = rotation * mounting.rotation;
-        let (direction, sideways) = beam_directions(sounding.across_rad, sounding.along_rad);
+        let (across_rad, along_rad) = (sounding.across_rad, sounding.along_rad);
+        let (direction, sideways) = beam_directions(across_rad, along_rad);
         Aim {
             transducer_m: position + rotation * mounting.lever_arm_m,
             direction: sensor * direction,
             sideways: sensor * sideways,
+            forwards: sensor * forwards(across_rad, along_rad),
             sensor: Some(sensor),
             head_speed_m_s: None,
         }
@@ -269,7 +313,8 @@ impl<'a> Locator<'a> {
     #[must_use]
     pub fn deep_m(&self, k: usize, located: &Located, adjusted: &Adjusted) -> Vector3<f64> {
         let sounding = &self.scene.soundings[k];
-        let launch = located.aim.turned(sounding, adjusted.across_rad);
+        let angles = (located.across_rad, located.along_rad);
+        let launch = located.aim.turned(angles, adjusted.across_rad);
         let one_way_s = sounding.one_way_s * (1.0 + adjusted.range_m / located.range_m);
         let cast = self.cast(sounding);
         let chord = |layers: &[Layers]| {
@@ -355,6 +400,21 @@ fn beam_directions(across_rad: f64, along_rad: f64) -> (Vector3<f64>, Vector3<f6
     )
 }
 
+/// Derivative of a beam's direction in the sonar's frame by its along angle.
+fn forwards(across_rad: f64, along_rad: f64) -> Vector3<f64> {
+    let (sa, ca) = math::sin_cos(across_rad);
+    let (sc, cc) = math::sin_cos(along_rad);
+    Vector3::new(-sa * sc, cc, ca * sc)
+}
+
+/// A ray that reaches on by so much.
+fn lengthened(ray: Vector3<f64>, by_m: f64) -> Vector3<f64> {
+    if by_m == 0.0 {
+        return ray;
+    }
+    ray * (1.0 + by_m / ray.norm())
+}
+
 /// How far an observation is adjusted before its derivatives are taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Adjusted {
@@ -389,7 +449,8 @@ impl Located {
             turned(1),
             turned(2),
             self.latency_column(adjusted),
-            ray / self.scale,
+            // what own unknowns add to the range is not scaled
+            (ray - self.ray_m * (self.beyond_m / self.range_m)) / self.scale,
             Vector3::new(0.0, 0.0, self.heave[0]),
             Vector3::new(0.0, 0.0, self.heave[1]),
             axis(&self.rotation, 0),
@@ -422,9 +483,37 @@ impl Located {
     /// Derivative with respect to a scale of the beam angle.
     #[must_use]
     pub fn angle_scale_column(&self, adjusted: &Adjusted) -> Vector3<f64> {
+        self.across_column(adjusted) * (math::asin(self.sine) + adjusted.across_rad)
+    }
+
+    /// Derivative with respect to an unknown of the caller's own; nothing where it does not act on the sounding of that row.
+    #[must_use]
+    pub fn own_column(&self, extra: &Extra, row: u32, adjusted: &Adjusted) -> Vector3<f64> {
+        let Some(derivative) = extra.at(row as usize) else {
+            return Vector3::zeros();
+        };
+        let by_effect = match extra.acts {
+            Acts::Up => Vector3::z(),
+            Acts::Range => self.ray_m / self.range_m + self.sideways * adjusted.across_rad,
+            Acts::Across => self.across_column(adjusted),
+            Acts::Along => self.along_column(adjusted),
+        };
+        by_effect * derivative
+    }
+
+    fn across_column(&self, adjusted: &Adjusted) -> Vector3<f64> {
         let swung = self.sideways * (self.range_m + adjusted.range_m);
-        let turned = swung - self.ray_m * adjusted.across_rad;
-        turned * (math::asin(self.sine) + adjusted.across_rad)
+        swung - self.ray_m * adjusted.across_rad
+    }
+
+    /// Of one head the direction's derivative turns with the across angle; how it does on a cone of two arrays is left out.
+    fn along_column(&self, adjusted: &Adjusted) -> Vector3<f64> {
+        let range_m = self.range_m + adjusted.range_m;
+        let turning = match self.aim.sensor {
+            Some(_) => self.sideways * (math::tan(self.along_rad) * adjusted.across_rad),
+            None => Vector3::zeros(),
+        };
+        (self.aim.forwards - turning) * range_m
     }
 
     fn attitude_column(&self, k: usize, adjusted: &Adjusted) -> Vector3<f64> {

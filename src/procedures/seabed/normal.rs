@@ -47,6 +47,11 @@ impl Sought {
         self.parameters.len()
     }
 
+    /// Places of the caller's own unknowns that are sought.
+    pub(super) fn own<'a>(&'a self, scene: &Scene) -> impl Iterator<Item = usize> + use<'a> {
+        (self.count() - scene.extras.len()..self.count()).filter(|k| self.parameters[*k])
+    }
+
     /// Number of the first state: behind the parameters and what is doubted.
     fn first_state(&self) -> usize {
         self.count() + self.doubts.as_ref().map_or(0, Doubts::columns)
@@ -292,11 +297,15 @@ impl Rows {
         let (located, adjusted) = (&placed.located[k], self.adjusted[k]);
         let deep_m = locator.deep_m(placed.numbers[k] as usize, located, &adjusted);
         let columns: [Vector3<f64>; KINDS] = located.columns(&adjusted, deep_m);
-        let head = locator.scene.soundings[placed.numbers[k] as usize].head;
+        let sounding = &locator.scene.soundings[placed.numbers[k] as usize];
+        let moved = |parameter: &Parameter| match parameter.own() {
+            Some(own) => located.own_column(&locator.scene.extras[own], sounding.row, &adjusted),
+            None => columns[parameter.kind as usize],
+        };
         for c in 0..self.unknowns.partition_point(|u| *u < parameters.len()) {
             let parameter = &parameters[self.unknowns[c]];
-            if parameter.acts_on(head) {
-                self.set(k, c, &part.of(columns[parameter.kind as usize]));
+            if parameter.acts_on(sounding.head) {
+                self.set(k, c, &part.of(moved(parameter)));
             }
         }
     }
@@ -387,6 +396,9 @@ impl Rows {
         Some(weighted.columns(0, kept) - product(&warps, &eliminating.transpose()))
     }
 }
+
+/// Information over what the other unknowns leave of it, beyond which it is rounding that is left.
+const NOTHING_LEFT: f64 = 1e12;
 
 /// All blocks and priors together.
 #[derive(Clone, Debug)]
@@ -511,6 +523,13 @@ impl Normal {
     #[must_use]
     pub fn without_states(self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         self.information.reduced(self.first_state, &self.score)
+    }
+
+    /// Whether the other unknowns leave nothing of a parameter's information but rounding.
+    #[must_use]
+    pub fn is_taken_up(&self, parameter: usize, solved: &Solved) -> bool {
+        let left = solved.covariance(parameter, parameter) * self.information.diagonal(parameter);
+        !(left < NOTHING_LEFT)
     }
 
     /// Solves for the step; `None` where the matrix is not positive definite or the step is not a number.

@@ -3,7 +3,11 @@
 //! The first head's own and what all heads share come first, in one fixed order; behind them stand the own parameters of each further head.
 //! Latency, range scale, heave and the profile are common: they belong to the INS, the sounder's clock and the water. The first head's
 //! lever arm upwards is inseparable from the heights of the lines and is no parameter; that of a further head is its height relative to the
-//! first one's, which both see on the same seabed.
+//! first one's, which both see on the same seabed. Unknowns of the caller's own come last.
+
+use std::sync::Arc;
+
+use crate::observe::Extra;
 
 /// What a parameter is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,13 +34,15 @@ pub enum Kind {
     ArmUp,
     /// Relative error of the sound-speed profile at the reference depth.
     DeepSoundSpeed,
+    /// An unknown of the caller's own, in its own unit.
+    Own,
 }
 
-/// How many kinds there are.
+/// How many kinds there are that every survey has: all but [`Kind::Own`].
 pub const KINDS: usize = 11;
 
 impl Kind {
-    /// Name and unit.
+    /// Name and unit; an own unknown brings its own.
     const fn named(self) -> (&'static str, &'static str) {
         match self {
             Self::Pitch => ("pitch", "rad"),
@@ -50,6 +56,7 @@ impl Kind {
             Self::ArmForward => ("lever_arm_y", "m"),
             Self::ArmUp => ("lever_arm_z", "m"),
             Self::DeepSoundSpeed => ("deep_sound_speed", "1"),
+            Self::Own => ("own", "1"),
         }
     }
 
@@ -79,7 +86,7 @@ impl Kind {
 }
 
 /// One parameter of a survey.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parameter {
     /// What it is.
     pub kind: Kind,
@@ -87,6 +94,17 @@ pub struct Parameter {
     pub head: Option<u8>,
     /// Number of that head in words, where a survey has several.
     number: Option<u32>,
+    /// Of an unknown of the caller's own.
+    own: Option<Own>,
+}
+
+/// What an unknown of the caller's own is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Own {
+    /// Which of the survey's.
+    place: usize,
+    name: Arc<str>,
+    unit: Arc<str>,
 }
 
 impl Parameter {
@@ -107,14 +125,22 @@ impl Parameter {
 
     /// The name without the head.
     #[must_use]
-    pub fn base(&self) -> &'static str {
-        self.kind.named().0
+    pub fn base(&self) -> &str {
+        let own = self.own.as_ref();
+        own.map_or(self.kind.named().0, |own| &own.name)
     }
 
-    /// `rad`, `s`, `m` or `1`.
+    /// `rad`, `s`, `m` or `1`; of an own unknown what the caller says.
     #[must_use]
-    pub fn unit(&self) -> &'static str {
-        self.kind.named().1
+    pub fn unit(&self) -> &str {
+        let own = self.own.as_ref();
+        own.map_or(self.kind.named().1, |own| &own.unit)
+    }
+
+    /// Which of the survey's own unknowns it is, if it is one.
+    #[must_use]
+    pub fn own(&self) -> Option<usize> {
+        Some(self.own.as_ref()?.place)
     }
 
     /// Whether it moves the soundings of a head.
@@ -185,11 +211,13 @@ pub fn list(numbers: &[u32]) -> Vec<Parameter> {
         kind,
         head: Some(head as u8),
         number: numbers.get(head).copied().filter(|_| several),
+        own: None,
     };
     let common = |kind: Kind| Parameter {
         kind,
         head: None,
         number: None,
+        own: None,
     };
     let first = FIRST.iter().map(|(kind, of_head)| match of_head {
         true => own(*kind, 0),
@@ -197,6 +225,20 @@ pub fn list(numbers: &[u32]) -> Vec<Parameter> {
     });
     let further = (1..numbers.len()).flat_map(|head| FURTHER.map(|kind| own(kind, head)));
     first.chain(further).collect()
+}
+
+/// The parameters that the caller's own unknowns are; they stand behind those of [`list`].
+pub fn of_extras(extras: &[Extra]) -> impl Iterator<Item = Parameter> {
+    extras.iter().enumerate().map(|(place, extra)| Parameter {
+        kind: Kind::Own,
+        head: None,
+        number: None,
+        own: Some(Own {
+            place,
+            name: extra.name.as_str().into(),
+            unit: extra.unit.as_str().into(),
+        }),
+    })
 }
 
 #[cfg(test)]

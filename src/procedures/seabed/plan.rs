@@ -104,7 +104,7 @@ pub fn planner(file: &Path, text: &str, ask: &PlanAsk) -> Result<Box<dyn Planner
         return Err(InputError::unworkable(Refused::Crab));
     }
     let all = scenario.parameters();
-    let sought: Vec<Parameter> = reported(&all).map(|k| all[k]).collect();
+    let sought: Vec<Parameter> = reported(&all).map(|k| all[k].clone()).collect();
     let mut wanted: Vec<f64> = sought.iter().map(|p| usual(p.kind)).collect();
     for (name, value) in &ask.wanted {
         let is_meant = |p: &Parameter| p.base() == name || p.name() == *name;

@@ -53,6 +53,7 @@ impl Procedure for SeabedProcedure {
     fn uses(&self) -> Uses {
         Uses {
             seed: true,
+            extras: true,
             ..Uses::default()
         }
     }
@@ -100,8 +101,13 @@ impl Loaded for LoadedSeabed {
     ) -> Result<Finished, InputError> {
         let truth: Option<SeabedTruth> = truth.map(read_truth).transpose()?;
         let config = self.file.joint(settings.seed());
+        let extended = (!settings.extras.is_empty())
+            .then(|| self.scene.with_extras(&settings.extras, self.read))
+            .transpose()
+            .map_err(InputError::unworkable)?;
+        let scene = extended.as_ref().unwrap_or(&self.scene);
         let input = SeabedInput {
-            scene: &self.scene,
+            scene,
             method: settings.method,
             joint: &config,
             reference: &self.file.reference,
@@ -111,7 +117,7 @@ impl Loaded for LoadedSeabed {
         let provenance = provenance(&self.file, &self.inputs, settings)?;
         let mut result = summary::result(&outcome, &input, self.read, provenance);
         result.notes.extend(self.notes.iter().cloned());
-        let page = summary::page(&outcome, &self.scene, &self.file.name, truth.as_ref());
+        let page = summary::page(&outcome, scene, &self.file.name, truth.as_ref());
         Ok(Finished { result, page })
     }
 

@@ -1,12 +1,16 @@
 //! A seabed survey in memory: soundings of several lines, the trajectory in one local frame, the water, and what is known beforehand.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::parameters::{self, Kind, Parameter};
 use crate::calibrate::cloud::Beam;
 use crate::georef::Layers;
 use crate::math;
-use crate::observe::{ArrayMountings, Mounting, SoundSpeedProfile, TideCurve, Trajectory};
+use crate::observe::{
+    ArrayMountings, Extra, ExtraFault, Mounting, SoundSpeedProfile, TideCurve, Trajectory, extra,
+};
 
 /// Which white noise of the INS nobody stated: a survey file that leaves it out has that of an ordinary installation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -271,14 +275,35 @@ pub struct Scene {
     pub heads: Vec<Head>,
     /// What is known beforehand.
     pub priors: Priors,
+    /// Unknowns of the caller's own, one derivative for each row of the observed file, see [`Sounding::row`].
+    pub extras: Arc<[Extra]>,
 }
 
 impl Scene {
+    /// The same survey with unknowns of the caller's own, of a file with so many soundings.
+    ///
+    /// # Errors
+    /// [`ExtraFault`] for one that cannot be used, or whose name another parameter has.
+    pub fn with_extras(&self, extras: &Arc<[Extra]>, rows: usize) -> Result<Self, ExtraFault> {
+        let all: Vec<String> = self.parameters().iter().map(Parameter::name).collect();
+        let in_words = all.iter().map(|name| name.replace('_', " "));
+        let mut taken: Vec<String> = all.iter().cloned().chain(in_words).collect();
+        taken.sort_unstable();
+        taken.dedup();
+        let taken: Vec<&str> = taken.iter().map(String::as_str).collect();
+        extra::check(extras, rows, &taken)?;
+        Ok(Self {
+            extras: Arc::clone(extras),
+            ..self.clone()
+        })
+    }
+
     /// The parameters of the survey, in their order.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         let numbers: Vec<u32> = self.heads.iter().map(|head| head.number).collect();
-        parameters::list(&numbers)
+        let own = parameters::of_extras(&self.extras);
+        parameters::list(&numbers).into_iter().chain(own).collect()
     }
 
     /// Standard deviation of what is known of a parameter beforehand; 0 where nothing is, or where it is held.
@@ -303,6 +328,10 @@ impl Scene {
             Kind::ArmForward => of_arm(1),
             Kind::ArmUp => of_arm(2),
             Kind::DeepSoundSpeed => p.deep_sound_speed,
+            Kind::Own => {
+                let extra = parameter.own().and_then(|place| self.extras.get(place));
+                extra.and_then(|extra| extra.prior_sigma).unwrap_or(0.0)
+            }
         }
     }
 

@@ -42,10 +42,18 @@ const OTHERS: [(&str, Unit, usize); 5] = [
     ("deep sound speed", Unit::One, DEEP_SOUND_SPEED),
 ];
 
-/// Every column in the order of a result: the mountings of the heads, then what they share.
-fn columns(heads: usize) -> Vec<Option<usize>> {
+/// Every column in the order of a result: the mountings of the heads, what they share, and the caller's own unknowns.
+fn columns(joint: &Joint) -> Vec<Option<usize>> {
+    let heads = joint.values.mountings.len();
     let others = OTHERS.iter().map(|o| Some(o.2));
-    (0..heads).flat_map(six).chain(others).collect()
+    let all = (0..heads).flat_map(six).chain(others);
+    all.chain(own_places(joint).map(Some)).collect()
+}
+
+/// Places of the caller's own unknowns.
+fn own_places(joint: &Joint) -> impl Iterator<Item = usize> {
+    let places = joint.parameters.iter().enumerate();
+    places.filter_map(|(k, p)| p.own().map(|_| k))
 }
 
 /// What a head's mounting is called, and what its parameters' names begin with.
@@ -109,8 +117,10 @@ fn finding(reason: &Reason, usable: bool) -> Finding {
     )
 }
 
-fn no_solution(error: &dyn std::error::Error) -> Verdict {
-    let advice = "sail a line back on the same track and one beside it";
+/// What lines that do not meet want.
+const SAIL: &str = "sail a line back on the same track and one beside it";
+
+fn no_solution(error: &dyn std::error::Error, advice: &str) -> Verdict {
     Verdict::not_determined(vec![Finding::new(
         "no_solution",
         Severity::Refuses,
@@ -154,8 +164,12 @@ fn of_paths(outcome: &SeabedOutcome, reference: Option<&Solution>) -> Verdict {
             verdict.bounds.clone_from(&judged.doubted.bounds);
             verdict
         }
-        (Some(Err(error)), _) => no_solution(error),
-        (None, Some(Err(error))) => no_solution(error),
+        (Some(Err(error @ JointError::Extra { .. })), _) => no_solution(
+            error,
+            "leave it out, or state what is known of it as its prior sigma",
+        ),
+        (Some(Err(error)), _) => no_solution(error, SAIL),
+        (None, Some(Err(error))) => no_solution(error, SAIL),
         (None, _) => match reference {
             Some(found) if !found.usable => Verdict::not_determined(vec![Finding::new(
                 "layout",
@@ -177,8 +191,33 @@ fn note(column: Option<usize>, joint: &Joint, judged: &Judgement) -> &'static st
         None => "held: inseparable from the heights of the lines",
         Some(k) if !joint.sought[k] => "held",
         Some(k) if judged.determined[k] => "",
+        Some(k) if joint.parameters[k].own().is_some() => own_note(k, joint, judged),
         Some(k) if joint.parameters[k].kind.is_reported() => "not determined",
         Some(_) => WITHIN_PRIOR,
+    }
+}
+
+/// Share of its prior from which on a sigma is the prior's doing.
+const PRIOR_DECIDES: f64 = 0.9;
+
+/// An unknown of the caller's own is determined unless something speaks against the whole solution.
+fn own_note(k: usize, joint: &Joint, judged: &Judgement) -> &'static str {
+    let name = joint.parameters[k].name();
+    let refused = judged.reasons.iter().any(|r| r.parameters.contains(&name));
+    match joint.priors[k] {
+        _ if refused => "not determined",
+        Some(prior) if joint.sigma(k) > PRIOR_DECIDES * prior => "its prior decides",
+        _ => "",
+    }
+}
+
+/// An unknown of the caller's own, in its own unit.
+fn own_parameter(k: usize, joint: &Joint) -> Parameter {
+    let own = &joint.parameters[k];
+    Parameter {
+        unit: own.unit().to_owned(),
+        positive: "what is added to the measurement by one unit of its derivative".to_owned(),
+        ..parameter(&own.name(), Unit::One, joint.off[k], Some(joint.sigma(k)))
     }
 }
 
@@ -225,7 +264,8 @@ fn jointly(found: &Result<(Joint, Judgement), JointError>, scene: &Scene) -> Sol
     let all = of_heads.flat_map(|(m, (_, prefix))| m.parameters(prefix));
     let parameters = all
         .chain(others)
-        .zip(columns(scene.heads.len()))
+        .chain(own_places(joint).map(|k| own_parameter(k, joint)))
+        .zip(columns(joint))
         .map(|(p, column)| reported(p, note(column, joint, judged)))
         .collect();
     let usable = judged.usable();
@@ -248,7 +288,19 @@ fn jointly(found: &Result<(Joint, Judgement), JointError>, scene: &Scene) -> Sol
                 .map(|p| (p.omega_over_freedom, p.step_sigmas)),
         )
         .collect(),
+        details: named_own(joint),
         ..Solution::without_result(status(joint, usable), judged.words())
+    }
+}
+
+/// The names of the caller's own unknowns; nothing where there are none.
+fn named_own(joint: &Joint) -> serde_json::Value {
+    let names: Vec<String> = own_places(joint)
+        .map(|k| joint.parameters[k].name())
+        .collect();
+    match names.is_empty() {
+        true => serde_json::Value::Null,
+        false => json!({ "extra": names }),
     }
 }
 
@@ -261,7 +313,7 @@ fn status(joint: &Joint, usable: bool) -> Status {
 }
 
 fn covariance(joint: &Joint) -> DMatrix<f64> {
-    let all = columns(joint.values.mountings.len());
+    let all = columns(joint);
     DMatrix::from_fn(all.len(), all.len(), |i, j| match (all[i], all[j]) {
         (Some(a), Some(b)) => joint.covariance[a][b],
         _ => 0.0,
@@ -398,7 +450,19 @@ fn notes(outcome: &SeabedOutcome, scene: &Scene) -> Vec<String> {
     let mut all = vec![scale.to_owned()];
     all.extend(judged);
     all.extend(outcome.reference.as_ref().and_then(|_| first_alone(scene)));
+    all.extend((outcome.reference.as_ref()).and_then(|_| without_own(scene)));
     all
+}
+
+/// What the reference paths do where there are unknowns of the caller's own, in words.
+fn without_own(scene: &Scene) -> Option<String> {
+    let names: Vec<&str> = scene.extras.iter().map(|e| e.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "the reference path knows no unknowns of your own: {} are the joint path's alone",
+            names.join(", ")
+        )
+    })
 }
 
 /// What the reference paths do where there are several heads, in words.

@@ -8,7 +8,6 @@ use serde::Serialize;
 
 use super::super::layout::Layout;
 use super::super::model::{Located, Locator, Values};
-use super::super::parameters::count;
 use super::super::scene::Scene;
 use super::super::states::States;
 use super::config::{LATENCY, ReferenceConfig};
@@ -227,7 +226,7 @@ fn open(sides: &[[Side; 2]], found: &Overall) -> Option<String> {
 
 /// The paper's unknowns in the sense of this program: roll, heading and latency with the opposite sign (`docs/seabed-measured.md`).
 fn corrected(nominal: &Values, found: &Overall) -> Values {
-    let mut step = vec![0.0; count(nominal.mountings.len()) + nominal.states.len()];
+    let mut step = nominal.no_step();
     step[0] = found.pitch_rad;
     step[1] = -found.roll_rad;
     step[2] = -found.heading_rad;

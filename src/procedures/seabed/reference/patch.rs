@@ -18,7 +18,6 @@ use serde::Serialize;
 
 use super::super::layout::{Layout, Pair, PairKind};
 use super::super::model::{Locator, Values};
-use super::super::parameters::count;
 use super::super::scene::Scene;
 use super::super::states::States;
 use super::super::surface::{Surface, cell_side_m, least_cell_m, surfaces};
@@ -139,7 +138,7 @@ impl Sought {
     }
 
     fn moved(self, values: &Values, by: f64) -> Values {
-        let mut step = vec![0.0; count(values.mountings.len()) + values.states.len()];
+        let mut step = values.no_step();
         step[self.column()] = by;
         values.stepped(&step)
     }

@@ -1,6 +1,7 @@
 //! From the path of a seabed survey file to everything in memory.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -401,6 +402,7 @@ pub fn scene_of(
         sonar: file.sonar(),
         heads: file.heads(observed.arrays.is_some()),
         priors: file.priors(),
+        extras: Arc::default(),
         trajectory,
     };
     scene.water.transducer_m = transducer_depth_m(&scene);
