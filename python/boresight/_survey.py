@@ -395,8 +395,9 @@ def calibrate(
 ) -> Result:
     """Calibrates a survey by both paths; the same bytes as ``boresight calibrate`` writes.
 
-    ``simple`` solves the simple joint model too. ``extra`` are unknowns of your own (:class:`Extra`), which the joint path of a pool survey
-    solves for; what it found stands in ``Result.extra``. ``threads`` changes no result; without it, one per processor. A calibration that ends
+    ``simple`` solves the simple joint model too. ``extra`` are unknowns of your own (:class:`Extra`), which the joint path of a pool or seabed
+    survey solves for, with one derivative for each sounding of the survey in the order of its file; what it found stands in
+    ``Result.extra``. ``threads`` changes no result; without it, one per processor. A calibration that ends
     without a usable result is no error: see ``Result.usable``. :exc:`InputError` for input that no calibration can work with, and for
     a setting that the procedure has no use for.
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+from conftest import THIN
 
 import boresight as bs
 
@@ -71,7 +73,31 @@ def test_one_that_cannot_be_used_is_refused(pool: bs.Survey) -> None:
         bs.calibrate(pool, extra=[bs.Extra("squat", [1.0, np.nan])])
 
 
-def test_a_procedure_without_soundings_takes_none() -> None:
-    survey = bs.simulate(bs.demo("usbl")).survey
-    with pytest.raises(bs.BoresightError, match="extra"):
+@pytest.mark.parametrize("procedure", ["usbl", "rail"])
+def test_a_procedure_without_soundings_takes_none(procedure: str) -> None:
+    survey = bs.simulate(bs.demo(procedure)).survey
+    with pytest.raises(bs.BoresightError, match="extra: .* no soundings are there"):
         bs.calibrate(survey, extra=[bs.Extra("squat", [1.0])])
+
+
+def test_a_seabed_survey_takes_one_number_a_row_of_its_file(tmp_path: Path) -> None:
+    bs.simulate(THIN["seabed"], tmp_path)
+    file = tmp_path / "multibeam.csv"
+    names, *lines = file.read_text().splitlines()
+    rows = [line.split(",") for line in lines]
+    column = names.split(",").index
+    starboard = np.array([float(row[column("across_angle_deg")]) > 0.0 for row in rows])
+    time_s = column("two_way_travel_time_s")
+    for row, short in zip(rows, starboard, strict=True):
+        row[time_s] = repr(float(row[time_s]) - float(short) * 2.0 * 0.06 / 1500.0)
+    file.write_text("\n".join([names, *(",".join(row) for row in rows)]) + "\n")
+    survey = bs.read_survey(tmp_path / "survey.toml")
+    short = bs.Extra("short", np.where(starboard, 1.0, np.nan), unit="m", acts_on="range")
+    result = bs.calibrate(survey, extra=[short])
+    found = result.extra["short"]
+    assert found.unit == "m" and found.value is not None and found.sigma is not None
+    assert abs(found.value - 0.06) < 4.0 * found.sigma < 0.06
+    assert result.counts["multibeam"]["read"] == len(rows)
+    assert "short" in result._repr_html_()
+    with pytest.raises(bs.BoresightError, match=f"extra squat: found 2 rows, expected {len(rows)} rows"):
+        bs.calibrate(survey, extra=[bs.Extra("squat", [1.0, np.nan])])
