@@ -361,16 +361,13 @@ impl<'a> Doubts<'a> {
         Some(())
     }
 
-    /// The columns of the soundings' conditions.
+    /// The columns of one sensor's conditions.
     #[must_use]
-    pub fn of_soundings(&self) -> OfSoundings<'_> {
-        OfSoundings(self)
-    }
-
-    /// The columns of the returns' conditions.
-    #[must_use]
-    pub fn of_returns(&self) -> OfReturns<'_> {
-        OfReturns(self)
+    pub fn columns_of(&self, sensor: Sensor) -> OfSensor<'_> {
+        OfSensor {
+            doubts: self,
+            sensor,
+        }
     }
 }
 
@@ -438,37 +435,22 @@ fn mounting_components() -> Vec<Component> {
     angles.into_iter().chain(arm).collect()
 }
 
-/// [`Doubts`] as the soundings see them.
-pub struct OfSoundings<'a>(&'a Doubts<'a>);
-
-impl ScoreColumns for OfSoundings<'_> {
-    fn derive(&self, k: usize, at: &Solved, row: &Row, push: &mut dyn FnMut(usize, f64)) {
-        let one = |_: usize, column, value| push(column, value);
-        self.derive_range(k..k + 1, at, std::slice::from_ref(row), &mut { one });
-    }
-
-    fn derive_range(
-        &self,
-        range: Range<usize>,
-        at: &Solved,
-        _: &[Row],
-        push: &mut dyn FnMut(usize, usize, f64),
-    ) {
-        let mut look = Look {
-            eyes: self.0.soundings.eyes(at.parameters),
-            motions: Motions::of(&self.0.scene.trajectory),
-        };
-        for (i, k) in range.enumerate() {
-            let push = &mut |column, value| push(i, column, value);
-            let _ = self.0.sounding(k, at.chain, &mut look, push);
-        }
-    }
+/// Whose conditions.
+#[derive(Clone, Copy, Debug)]
+pub enum Sensor {
+    /// The soundings'.
+    Sounder,
+    /// The laser returns'.
+    Scanner,
 }
 
-/// [`Doubts`] as the returns see them.
-pub struct OfReturns<'a>(&'a Doubts<'a>);
+/// [`Doubts`] as one sensor's conditions see them.
+pub struct OfSensor<'a> {
+    doubts: &'a Doubts<'a>,
+    sensor: Sensor,
+}
 
-impl ScoreColumns for OfReturns<'_> {
+impl ScoreColumns for OfSensor<'_> {
     fn derive(&self, k: usize, at: &Solved, row: &Row, push: &mut dyn FnMut(usize, f64)) {
         let one = |_: usize, column, value| push(column, value);
         self.derive_range(k..k + 1, at, std::slice::from_ref(row), &mut { one });
@@ -481,13 +463,20 @@ impl ScoreColumns for OfReturns<'_> {
         _: &[Row],
         push: &mut dyn FnMut(usize, usize, f64),
     ) {
+        let doubts = self.doubts;
         let mut look = Look {
-            eyes: self.0.returns.eyes(at.parameters),
-            motions: Motions::of(&self.0.scene.trajectory),
+            eyes: match self.sensor {
+                Sensor::Sounder => doubts.soundings.eyes(at.parameters),
+                Sensor::Scanner => doubts.returns.eyes(at.parameters),
+            },
+            motions: Motions::of(&doubts.scene.trajectory),
         };
         for (i, k) in range.enumerate() {
             let push = &mut |column, value| push(i, column, value);
-            let _ = self.0.of_return(k, at.chain, &mut look, push);
+            let _ = match self.sensor {
+                Sensor::Sounder => doubts.sounding(k, at.chain, &mut look, push),
+                Sensor::Scanner => doubts.of_return(k, at.chain, &mut look, push),
+            };
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What speaks against a joint solution: the pool's cells, doubts, shares and corrections, handed to the common verdict.
 
 use super::conditions::{ReturnConditions, SoundingConditions};
-use super::doubts::{Doubts, Passes};
+use super::doubts::{Doubts, Passes, Sensor};
 use super::joint::{Blocks, RETURNS, SIX, SOUNDINGS};
 use super::scene::Scene;
 use crate::adjust::{
@@ -81,7 +81,8 @@ impl Case<'_> {
     fn doubts(&self, problem: &Problem) -> Result<Doubted, AdjustError> {
         let x = &self.solution.estimate.parameters;
         let doubts = Doubts::of((self.scene, self.blocks), self.conditions, self.passes);
-        let (soundings, returns) = (doubts.of_soundings(), doubts.of_returns());
+        let [soundings, returns] =
+            [Sensor::Sounder, Sensor::Scanner].map(|sensor| doubts.columns_of(sensor));
         let columns = [Some(&soundings as _), Some(&returns as _)];
         let first = [
             x.offset(self.blocks.mounting.rotation),
