@@ -5,6 +5,7 @@ use std::process::Output;
 
 use assert_cmd::cargo::cargo_bin_cmd;
 use boresight::calibrate::seam::Procedure;
+use boresight::observe::{Acts, Extra};
 
 /// Runs the program in a folder.
 pub fn run(arguments: &[&str], folder: &Path) -> Output {
@@ -14,6 +15,17 @@ pub fn run(arguments: &[&str], folder: &Path) -> Output {
         .current_dir(folder)
         .output()
         .expect("ran")
+}
+
+/// An unknown of the caller's own, in metres.
+pub fn extra(name: &str, acts: Acts, derivative: Vec<f64>) -> Extra {
+    Extra {
+        name: name.to_owned(),
+        unit: "m".to_owned(),
+        acts,
+        derivative,
+        prior_sigma: None,
+    }
 }
 
 /// The scenario with which a procedure is tried quickly: `NAME-thin.toml` of `models/scenarios`, the thin one of a single pass, or the

@@ -12,6 +12,8 @@ use boresight::watch::Unwatched;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
+use crate::common::extra;
+
 const THIN: &str = include_str!("../../models/scenarios/three-pass-thin.toml");
 /// What is put in: ranges that lengthen over the survey, metres, and beams that turn outward with the speed of time, radians.
 const PUT_IN: [f64; 2] = [0.02, -0.002];
@@ -27,16 +29,6 @@ fn since(campaign: &Campaign) -> Vec<f64> {
     let (first, last) = (times[0], times[times.len() - 1]);
     let part = |t: &f64| 2.0 * (t - first) / (last - first) - 1.0;
     times.iter().map(part).collect()
-}
-
-fn extra(name: &str, acts: Acts, derivative: Vec<f64>) -> Extra {
-    Extra {
-        name: name.to_owned(),
-        unit: "m".to_owned(),
-        acts,
-        derivative,
-        prior_sigma: None,
-    }
 }
 
 fn input<'a>(

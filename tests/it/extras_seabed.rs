@@ -13,27 +13,16 @@ use boresight::procedures::seabed::parameters::HEAVE_SCALE;
 use boresight::procedures::seabed::scene::Scene;
 use boresight::procedures::seabed::simulate::{self, simulate};
 use boresight::procedures::seabed::states::States;
-use boresight::procedures::seabed::survey::load::scene_of;
 use boresight::procedures::seabed::survey::{load, parse_scenario, write};
 use boresight::procedures::seabed::{Joint, JointError, JointSettings, joint};
 use boresight::watch::Unwatched;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::common::{change_column, simulated};
+use crate::common::{change_column, extra, simulated};
 
 const THIN: &str = include_str!("../../models/scenarios/seabed-thin.toml");
 const DUAL: &str = include_str!("../../models/scenarios/seabed-dual.toml");
-
-fn extra(name: &str, acts: Acts, derivative: Vec<f64>) -> Extra {
-    Extra {
-        name: name.to_owned(),
-        unit: "m".to_owned(),
-        acts,
-        derivative,
-        prior_sigma: None,
-    }
-}
 
 /// A simulated survey in memory: scene, settings, and the true turn of its mounting.
 struct Survey {
@@ -46,13 +35,7 @@ fn survey(seed: u64) -> Survey {
     let scenario = parse_scenario(Path::new("thin.toml"), THIN).expect("a scenario");
     let survey = simulate(&scenario, seed, simulate::Acts::ALL);
     let file = write::survey_file(&scenario, &survey);
-    let scene = scene_of(
-        &file,
-        &write::trajectory(&scenario, &survey),
-        &[write::profile(&scenario, &survey)],
-        write::tide(&scenario, &survey, 0.0),
-        &write::soundings(&scenario, &survey.shots),
-    );
+    let scene = write::scene(&file, &scenario, &survey);
     Survey {
         scene,
         config: file.joint(1),
@@ -316,13 +299,7 @@ fn with_one_of_each(arrays: bool) -> Scene {
     };
     let scenario = parse_scenario(Path::new("dual.toml"), &text).expect("a scenario");
     let survey = simulate(&scenario, 3, simulate::Acts::NONE);
-    let scene = scene_of(
-        &write::survey_file(&scenario, &survey),
-        &write::trajectory(&scenario, &survey),
-        &[write::profile(&scenario, &survey)],
-        write::tide(&scenario, &survey, 0.0),
-        &write::soundings(&scenario, &survey.shots),
-    );
+    let scene = write::scene(&write::survey_file(&scenario, &survey), &scenario, &survey);
     let every_second = |k: usize| match scene.soundings[k].row % 2 {
         0 => 1.5,
         _ => f64::NAN,

@@ -265,20 +265,13 @@ mod tests {
     use crate::observe::Trajectory;
     use crate::procedures::seabed::model::{Locator, Values};
     use crate::procedures::seabed::simulate::{Acts, simulate};
-    use crate::procedures::seabed::survey::load::scene_of;
     use crate::procedures::seabed::survey::{parse_scenario, write};
 
     fn thin() -> Scene {
         let text = include_str!("../../../models/scenarios/seabed-thin.toml");
         let scenario = parse_scenario(std::path::Path::new("thin"), text).expect("a scenario");
         let survey = simulate(&scenario, 1, Acts::NONE);
-        scene_of(
-            &write::survey_file(&scenario, &survey),
-            &write::trajectory(&scenario, &survey),
-            &[write::profile(&scenario, &survey)],
-            write::tide(&scenario, &survey, 0.0),
-            &write::soundings(&scenario, &survey.shots),
-        )
+        write::scene(&write::survey_file(&scenario, &survey), &scenario, &survey)
     }
 
     /// The scene with the unknown of column `k` at `by`: of line 2's own, or of the whole survey's.

@@ -11,7 +11,6 @@ use super::parameters::{DEEP_SOUND_SPEED, HEAVE_LAG, HEAVE_SCALE};
 use super::scene::Head;
 use super::shared::{Covariance, Parameters, add_square};
 use super::simulate::{Acts, Ground, simulate_on};
-use super::survey::load::scene_of;
 use super::survey::{SeabedScenario, write};
 use super::verdict::{Judgement, judge};
 use crate::calibrate::tried::{Moved, Propagated, PropagatedPath};
@@ -50,13 +49,7 @@ pub fn foresee_on(
 ) -> Result<Foresight, JointError> {
     let survey = simulate_on(ground, scenario, seed, QUIET);
     let file = write::survey_file(scenario, &survey);
-    let scene = scene_of(
-        &file,
-        &write::trajectory(scenario, &survey),
-        &[write::profile(scenario, &survey)],
-        write::tide(scenario, &survey, 0.0),
-        &write::soundings(scenario, &survey.shots),
-    );
+    let scene = write::scene(&file, scenario, &survey);
     let truth = &survey.truth;
     let mounting = |(rotation, head): (Matrix3<f64>, &Head)| Mounting {
         rotation,

@@ -532,7 +532,6 @@ mod tests {
     use super::*;
     use crate::procedures::seabed::parameters::Kind;
     use crate::procedures::seabed::simulate::{Acts, Simulated, bed::Seabed, simulate};
-    use crate::procedures::seabed::survey::load::scene_of;
     use crate::procedures::seabed::survey::{SeabedScenario, parse_scenario, write};
 
     /// Two heads, with one head for both arrays or with two arrays of each.
@@ -551,13 +550,7 @@ mod tests {
 
     fn scene(scenario: &SeabedScenario) -> (Scene, Simulated) {
         let survey = simulate(scenario, 3, Acts::NONE);
-        let scene = scene_of(
-            &write::survey_file(scenario, &survey),
-            &write::trajectory(scenario, &survey),
-            &[write::profile(scenario, &survey)],
-            write::tide(scenario, &survey, 0.0),
-            &write::soundings(scenario, &survey.shots),
-        );
+        let scene = write::scene(&write::survey_file(scenario, &survey), scenario, &survey);
         (scene, survey)
     }
 

@@ -465,7 +465,6 @@ pub(super) fn axis(rotation: &Matrix3<f64>, k: usize) -> Vector3<f64> {
 mod tests {
     use super::*;
     use crate::procedures::seabed::simulate::{Acts, simulate};
-    use crate::procedures::seabed::survey::load::scene_of;
     use crate::procedures::seabed::survey::{parse_scenario, write};
 
     /// The thin survey with beams whose true angles are known: every `spacing` degrees, with noise of 0.1 deg.
@@ -473,13 +472,7 @@ mod tests {
         let text = include_str!("../../../models/scenarios/seabed-thin.toml");
         let scenario = parse_scenario(std::path::Path::new("thin"), text).expect("a scenario");
         let survey = simulate(&scenario, 1, Acts::NONE);
-        let mut scene = scene_of(
-            &write::survey_file(&scenario, &survey),
-            &write::trajectory(&scenario, &survey),
-            &[write::profile(&scenario, &survey)],
-            write::tide(&scenario, &survey, 0.0),
-            &write::soundings(&scenario, &survey.shots),
-        );
+        let mut scene = write::scene(&write::survey_file(&scenario, &survey), &scenario, &survey);
         let mut draws = crate::stats::stream(7, 7);
         let (sigma_rad, middle) = (0.1f64.to_radians(), f64::from(scenario.multibeam.beams / 2));
         let mut noise = |sounding: &mut Sounding| {

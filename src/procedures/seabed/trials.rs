@@ -7,7 +7,6 @@ use super::joint::{Joint, reported};
 use super::model::Values;
 use super::run::{SeabedInput, calibrate};
 use super::simulate::{Acts, SeabedTruth, simulate};
-use super::survey::load::scene_of;
 use super::survey::{SeabedScenario, write};
 use crate::adjust::Unit;
 use crate::calibrate::choices::Method;
@@ -254,15 +253,7 @@ impl Tried for SeabedTrials {
     fn trial(&self, seed: u64, which: Acting) -> Trial {
         let survey = simulate(&self.scenario, seed, self.acts(which));
         let file = write::survey_file(&self.scenario, &survey);
-        let records = write::soundings(&self.scenario, &survey.shots);
-        let trajectory = write::trajectory(&self.scenario, &survey);
-        let scene = scene_of(
-            &file,
-            &trajectory,
-            &[write::profile(&self.scenario, &survey)],
-            write::tide(&self.scenario, &survey, 0.0),
-            &records,
-        );
+        let scene = write::scene(&file, &self.scenario, &survey);
         let several = scene.heads.len() > 1;
         let found = calibrate(&SeabedInput {
             scene: &scene,

@@ -115,7 +115,7 @@ fn heard(
 mod tests {
     use super::super::super::model::{Locator, Values};
     use super::super::super::states::States;
-    use super::super::super::survey::{load::scene_of, parse_scenario, write};
+    use super::super::super::survey::{parse_scenario, write};
     use super::super::{Acts, simulate};
     use super::*;
 
@@ -137,13 +137,7 @@ arrays = { receiver_mounting_deg = { roll = 1.5, pitch = -0.4, heading = 0.6 }, 
         let scenario = scenario();
         let survey = simulate(&scenario, 3, Acts::NONE);
         let file = write::survey_file(&scenario, &survey);
-        let scene = scene_of(
-            &file,
-            &write::trajectory(&scenario, &survey),
-            &[write::profile(&scenario, &survey)],
-            write::tide(&scenario, &survey, 0.0),
-            &write::soundings(&scenario, &survey.shots),
-        );
+        let scene = write::scene(&file, &scenario, &survey);
         let states = States::new(&scene.lines, &scene.ins, &scene.drift);
         let bed = Seabed::of(&scenario, 3);
         let off_m = |values: &Values| {

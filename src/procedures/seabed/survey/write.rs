@@ -5,12 +5,13 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::super::scene::REFERENCE_DEPTH_M;
+use super::super::scene::{REFERENCE_DEPTH_M, Scene};
 use super::super::simulate::{Shot, Simulated};
 use super::file::{
     HeadSection, LineSection, MultibeamSection, SeabedSurveyFile, SoundSpeedSection, TideSection,
     TrajectorySection,
 };
+use super::load::scene_of;
 use super::scenario::{START_S, SeabedScenario};
 use crate::formats::records::ArrayColumns;
 use crate::formats::{
@@ -22,6 +23,18 @@ use crate::geometry::{Point, Target, rotation};
 use crate::observe::{
     GeodeticTrajectory, Outside, SoundSpeedProfile, SoundingRange, TideCurve, TrajectoryNoise,
 };
+
+/// A simulated survey as a scene, as if its survey file and all files beside it had been read.
+#[must_use]
+pub fn scene(file: &SeabedSurveyFile, scenario: &SeabedScenario, survey: &Simulated) -> Scene {
+    scene_of(
+        file,
+        &trajectory(scenario, survey),
+        &[profile(scenario, survey)],
+        tide(scenario, survey, 0.0),
+        &soundings(scenario, &survey.shots),
+    )
+}
 
 /// The survey file of a scenario.
 #[must_use]
