@@ -81,19 +81,25 @@ pub fn recorder_of(head: &[u8]) -> Option<&'static Recorder> {
     RECORDERS.iter().find(|r| (r.begins)(head))
 }
 
-/// The first bytes of a file.
-fn head_of(path: &Path, bytes: usize) -> Result<Vec<u8>, FormatError> {
+/// The first bytes of a file, as many as records are looked for in.
+fn head_of(path: &Path) -> Result<Vec<u8>, FormatError> {
     let mut head = vec![];
-    let beginning = open(path)?.0.take(bytes as u64).read_to_end(&mut head);
+    let beginning = open(path)?.0.take(SEARCHED as u64).read_to_end(&mut head);
     beginning.map_err(|e| FormatError::unreadable(path, &e))?;
     Ok(head)
+}
+
+/// Those of them that tell a format.
+fn beginning(bytes: &[u8]) -> &[u8] {
+    &bytes[..bytes.len().min(HEAD)]
 }
 
 /// Whether a file is a recorder's by its first bytes; one that cannot be read is none, and whoever reads it says why.
 #[must_use]
 pub fn is_recorder(path: &Path) -> bool {
-    head_of(path, HEAD).is_ok_and(|head| recorder_of(&head).is_some())
-        || head_of(path, SEARCHED).is_ok_and(|bytes| recorder_within(&bytes).is_some())
+    head_of(path).is_ok_and(|bytes| {
+        recorder_of(beginning(&bytes)).is_some() || recorder_within(&bytes).is_some()
+    })
 }
 
 /// Whether a file is called as an SBET is.
@@ -115,8 +121,8 @@ fn recorder_within(bytes: &[u8]) -> Option<&'static Recorder> {
 /// [`FormatError`] when it cannot be read or no reader knows it.
 pub fn read(path: &Path, sink: &mut dyn Sink) -> Result<Summary, FormatError> {
     let sbet = is_named_sbet(path);
-    let bytes = head_of(path, SEARCHED)?;
-    let head = &bytes[..bytes.len().min(HEAD)];
+    let bytes = head_of(path)?;
+    let head = beginning(&bytes);
     // the first bytes of an SBET are any number's: only whole records tell another's file from it
     let by_beginning = recorder_of(head).filter(|_| !sbet);
     match by_beginning.or_else(|| recorder_within(&bytes)) {
