@@ -147,6 +147,43 @@ pub fn parameter(name: &str, unit: Unit, value: f64, sigma: Option<f64>) -> Para
     }
 }
 
+/// Of a prior's sigma that a survey leaves, from which on the survey says next to nothing.
+const PRIOR_DECIDES: f64 = 0.9;
+
+/// What is noted of a parameter of whose prior so much is left; nothing where the survey decides or there is no prior.
+#[must_use]
+pub fn prior_note(prior_sigma: Option<f64>, sigma: f64) -> &'static str {
+    match prior_sigma {
+        Some(prior) if sigma > PRIOR_DECIDES * prior => "its prior decides",
+        _ => "",
+    }
+}
+
+/// An unknown of the caller's own, by its name and in its own unit.
+#[must_use]
+pub fn own_unknown(
+    (name, unit): (&str, &str),
+    prior_sigma: Option<f64>,
+    value: f64,
+    sigma: f64,
+) -> Parameter {
+    Parameter {
+        unit: unit.to_owned(),
+        positive: "what is added to the measurement by one unit of its derivative".to_owned(),
+        note: prior_note(prior_sigma, sigma).to_owned(),
+        ..parameter(name, Unit::One, value, Some(sigma))
+    }
+}
+
+/// The details of a solution that has unknowns of the caller's own; nothing where there are none.
+#[must_use]
+pub fn own_names(names: &[String]) -> serde_json::Value {
+    match names {
+        [] => serde_json::Value::Null,
+        _ => serde_json::json!({ "extra": names }),
+    }
+}
+
 /// Sigma, whether determined, and the note: a sigma of exactly 0 is that of a parameter that was held.
 fn judged(sigma: Option<f64>) -> Parameter {
     let held = sigma == Some(0.0);

@@ -19,7 +19,9 @@ use crate::adjust::Unit;
 use crate::calibrate::conventions;
 use crate::calibrate::metric;
 use crate::calibrate::quality::readable;
-use crate::calibrate::solution::{Mounted, iterations, matrices, parameter};
+use crate::calibrate::solution::{
+    Mounted, iterations, matrices, own_names, own_unknown, parameter, prior_note,
+};
 use crate::geometry::rotation;
 use crate::observe::Mounting;
 use crate::results::{
@@ -197,28 +199,25 @@ fn note(column: Option<usize>, joint: &Joint, judged: &Judgement) -> &'static st
     }
 }
 
-/// Share of its prior from which on a sigma is the prior's doing.
-const PRIOR_DECIDES: f64 = 0.9;
-
 /// An unknown of the caller's own is determined unless something speaks against the whole solution.
 fn own_note(k: usize, joint: &Joint, judged: &Judgement) -> &'static str {
     let name = joint.parameters[k].name();
     let refused = judged.reasons.iter().any(|r| r.parameters.contains(&name));
-    match joint.priors[k] {
-        _ if refused => "not determined",
-        Some(prior) if joint.sigma(k) > PRIOR_DECIDES * prior => "its prior decides",
-        _ => "",
+    match refused {
+        true => "not determined",
+        false => prior_note(joint.priors[k], joint.sigma(k)),
     }
 }
 
 /// An unknown of the caller's own, in its own unit.
 fn own_parameter(k: usize, joint: &Joint) -> Parameter {
     let own = &joint.parameters[k];
-    Parameter {
-        unit: own.unit().to_owned(),
-        positive: "what is added to the measurement by one unit of its derivative".to_owned(),
-        ..parameter(&own.name(), Unit::One, joint.off[k], Some(joint.sigma(k)))
-    }
+    own_unknown(
+        (&own.name(), own.unit()),
+        joint.priors[k],
+        joint.off[k],
+        joint.sigma(k),
+    )
 }
 
 /// The parameter as it may be reported.
@@ -298,10 +297,7 @@ fn named_own(joint: &Joint) -> serde_json::Value {
     let names: Vec<String> = own_places(joint)
         .map(|k| joint.parameters[k].name())
         .collect();
-    match names.is_empty() {
-        true => serde_json::Value::Null,
-        false => json!({ "extra": names }),
-    }
+    own_names(&names)
 }
 
 fn status(joint: &Joint, usable: bool) -> Status {

@@ -7,12 +7,9 @@ use super::super::joint::JointOutcome;
 use super::super::run::{PoolInput, PoolOutcome};
 use super::super::verdict::Refusal;
 use crate::adjust::{self, BlockId, Limits, Unit};
-use crate::calibrate::solution::{Mounted, matrices, parameter};
+use crate::calibrate::solution::{Mounted, matrices, own_names, own_unknown, parameter};
 use crate::observe::{self, ArrayMountings};
 use crate::results::{Iteration, Parameter, Solution, Status};
-
-/// Of a prior's sigma that a survey leaves, from which on the survey says next to nothing.
-const PRIOR_DECIDES: f64 = 0.9;
 
 /// Name of the sensor whose mounting is sought.
 pub const SENSOR: &str = "multibeam";
@@ -83,11 +80,8 @@ pub fn joint(joint: Option<&JointOutcome>, outcome: &PoolOutcome, input: &PoolIn
     };
     let mut parameters = mounted.parameters("");
     parameters.extend(extra(joint).into_iter().map(|e| e.parameter(joint)));
-    let names: Vec<&str> = own.iter().map(|p| p.name.as_str()).collect();
-    let details = match names.is_empty() {
-        true => serde_json::Value::Null,
-        false => json!({ "extra": names }),
-    };
+    let names: Vec<String> = own.iter().map(|p| p.name.clone()).collect();
+    let details = own_names(&names);
     parameters.extend(own);
     let (covariance, correlation) = matrices(&covariance);
     Solution {
@@ -178,16 +172,7 @@ fn own(joint: &JointOutcome, extras: &[observe::Extra]) -> Vec<Parameter> {
     let one = |(extra, id): (&observe::Extra, &BlockId)| {
         let (value, column) = (x.euclidean(*id)[0], x.offset(*id));
         let sigma = joint.solution.cofactor[(column, column)].sqrt();
-        let note = match extra.prior_sigma {
-            Some(prior) if sigma > PRIOR_DECIDES * prior => "its prior decides",
-            _ => "",
-        };
-        Parameter {
-            unit: extra.unit.clone(),
-            positive: "what is added to the measurement by one unit of its derivative".to_owned(),
-            note: note.to_owned(),
-            ..parameter(&extra.name, Unit::One, value, Some(sigma))
-        }
+        own_unknown((&extra.name, &extra.unit), extra.prior_sigma, value, sigma)
     };
     extras.iter().zip(&joint.blocks.extras).map(one).collect()
 }
