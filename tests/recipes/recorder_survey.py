@@ -457,7 +457,7 @@ class Xtf(OneHead):
         struct.pack_into(">f", head, 44, 400e3)
         struct.pack_into(">H", head, 110, BEAMS)
         step = 0.01 * DEG
-        scale = 4e-7
+        scale = 6e-7  # 65 535 of them are 39 ms: the outermost beams take up to 29
         starboard = -p.port
         # the angles of the file rise, from port to starboard; their sums are rounded, not the steps
         steps = np.diff(np.round((starboard - starboard[0]) / step), prepend=0).astype(int)

@@ -18,7 +18,7 @@ use super::normal::{
 };
 use super::parameters::{self, Kind, Parameter};
 use super::reml::{Bounds, restricted_likelihood};
-use super::scene::{AssumedWhite, Scene, Sounding};
+use super::scene::{Scene, Sounding};
 use super::screen::Screen;
 use super::shared::shared_noise;
 use super::shares::Shares;
@@ -108,8 +108,8 @@ pub struct Joint {
     pub motion_sigma: Option<Vec<f64>>,
     /// The field.
     pub field: Field,
-    /// White noise of the INS that was assumed.
-    pub assumed: AssumedWhite,
+    /// Keys of the noise that was assumed.
+    pub assumed: Vec<&'static str>,
     /// Whether the last steps were small.
     pub converged: bool,
     /// Every pass.
@@ -762,7 +762,7 @@ impl<'a> Work<'a> {
                 false => None,
             },
             field: self.field,
-            assumed: self.scene.ins.assumed,
+            assumed: self.scene.assumed.clone(),
             converged,
             omega_over_freedom: passed.normal.omega / passed.normal.freedom,
             freedom: passed.normal.freedom,

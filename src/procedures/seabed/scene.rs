@@ -12,29 +12,6 @@ use crate::observe::{
     ArrayMountings, Extra, ExtraFault, Mounting, SoundSpeedProfile, TideCurve, Trajectory, extra,
 };
 
-/// Which white noise of the INS nobody stated: a survey file that leaves it out has that of an ordinary installation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct AssumedWhite {
-    /// [`InsNoise::position_m`].
-    pub position: bool,
-    /// [`InsNoise::roll_pitch_rad`].
-    pub roll_pitch: bool,
-    /// [`InsNoise::heading_rad`].
-    pub heading: bool,
-}
-
-impl AssumedWhite {
-    /// The keys of `[trajectory]` that would have stated it.
-    pub fn keys(self) -> impl Iterator<Item = &'static str> {
-        let all = [
-            (self.position, "position_sigma_m"),
-            (self.roll_pitch, "roll_pitch_sigma_deg"),
-            (self.heading, "heading_sigma_deg"),
-        ];
-        all.into_iter().filter_map(|(is, key)| is.then_some(key))
-    }
-}
-
 /// A-priori noise and drift of the INS, metres, radians, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InsNoise {
@@ -58,8 +35,6 @@ pub struct InsNoise {
     pub heading_drift_rad: f64,
     /// Correlation time of the heading drift, seconds.
     pub heading_correlation_s: f64,
-    /// Which of the white noise was assumed.
-    pub assumed: AssumedWhite,
 }
 
 /// Standard deviations of the trajectory's drift where a file states them over time; linear between its records, held at the ends.
@@ -271,6 +246,8 @@ pub struct Scene {
     pub water: Water,
     /// What the sonar claims.
     pub sonar: SonarNoise,
+    /// Keys of the noise that nobody stated and that is taken as an ordinary installation's.
+    pub assumed: Vec<&'static str>,
     /// The heads, at least one.
     pub heads: Vec<Head>,
     /// What is known beforehand.

@@ -318,7 +318,6 @@ fn widened(lines: &[Line], wanted_s: f64) -> f64 {
 mod tests {
     use nalgebra::DMatrix;
 
-    use super::super::scene::AssumedWhite;
     use super::*;
 
     /// Roll and pitch that drift, nothing else.
@@ -333,11 +332,6 @@ mod tests {
         heading_rad: 1e-4,
         heading_drift_rad: 0.0,
         heading_correlation_s: 100.0,
-        assumed: AssumedWhite {
-            position: false,
-            roll_pitch: false,
-            heading: false,
-        },
     };
 
     fn information(states: &States) -> DMatrix<f64> {

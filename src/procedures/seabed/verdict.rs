@@ -136,12 +136,11 @@ fn waves(joint: &Joint) -> Option<Finding> {
 /// much stated of the INS makes it too small.
 fn noise(joint: &Joint) -> Option<Finding> {
     let factor = joint.field.noise_factor;
-    let assumed: Vec<&str> = joint.assumed.keys().collect();
-    let of_ins = match assumed.is_empty() {
+    let assumed = match joint.assumed.is_empty() {
         true => String::new(),
         false => format!(
-            " (not in the survey file, taken as an ordinary INS': {})",
-            assumed.join(", ")
+            " (not in the survey file, taken as an ordinary installation's: {})",
+            joint.assumed.join(", ")
         ),
     };
     (joint.field.noise_is_as_claimed() == Some(false)).then(|| {
@@ -150,7 +149,7 @@ fn noise(joint: &Joint) -> Option<Finding> {
             Severity::Finding,
             format!("the soundings have {factor:.2} times the noise that is claimed of them"),
             "0.8 to 1.25 times".to_owned(),
-            format!("state range_sigma_m, angle_sigma_deg and angle_sigma_growth under [multibeam] as the sounder's maker does, and position_sigma_m and roll_pitch_sigma_deg under [trajectory] as the INS has them from record to record{of_ins}: a wrong share of either lets the score tests name causes that are none"),
+            format!("state range_sigma_m, angle_sigma_deg and angle_sigma_growth under [multibeam] as the sounder's maker does, and position_sigma_m and roll_pitch_sigma_deg under [trajectory] as the INS has them from record to record{assumed}: a wrong share of either lets the score tests name causes that are none"),
         )
     })
 }

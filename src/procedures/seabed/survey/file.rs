@@ -2,7 +2,7 @@
 
 use super::super::config::{JointSettings, SeabedConfig};
 use super::super::reference::ReferenceConfig;
-use super::super::scene::{AssumedWhite, Head, InsNoise, Line, Priors, SonarNoise};
+use super::super::scene::{Head, InsNoise, Line, Priors, SonarNoise};
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
@@ -340,7 +340,6 @@ impl SeabedSurveyFile {
             heading_rad: radians(t.heading_sigma_deg),
             heading_drift_rad: radians(t.heading_drift_sigma_deg),
             heading_correlation_s: t.heading_correlation_time_s,
-            assumed: AssumedWhite::default(),
         }
     }
 

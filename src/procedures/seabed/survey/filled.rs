@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::super::scene::AssumedWhite;
 use super::file::SeabedSurveyFile;
 use super::tide;
 use crate::survey::document::Document;
@@ -28,18 +27,24 @@ pub(super) struct Given {
     /// The keys of `[trajectory]`.
     pub(super) trajectory: Vec<String>,
     /// Sigmas that were not given, with what they are taken to be.
-    pub(super) assumed: Vec<String>,
+    pub(super) assumed: Vec<(&'static str, f64)>,
 }
 
 impl Given {
-    /// White noise of the INS that was not given.
-    pub(super) fn white(&self) -> AssumedWhite {
-        let assumed = |key: &str| !self.trajectory.iter().any(|own| own == key);
-        AssumedWhite {
-            position: assumed("position_sigma_m"),
-            roll_pitch: assumed("roll_pitch_sigma_deg"),
-            heading: assumed("heading_sigma_deg"),
-        }
+    /// Keys of the noise that was not given, the drift apart.
+    pub(super) fn noise(&self) -> Vec<&'static str> {
+        let all = self.assumed.iter().map(|(key, _)| *key);
+        all.filter(|key| !key.contains("drift")).collect()
+    }
+
+    /// Whether a sigma is that of an ordinary installation.
+    pub(super) fn assumes(&self, key: &str) -> bool {
+        self.assumed.iter().any(|(own, _)| *own == key)
+    }
+
+    /// A sigma has been measured and is assumed no more.
+    pub(super) fn is_measured(&mut self, key: &str) {
+        self.assumed.retain(|(own, _)| *own != key);
     }
 }
 
@@ -162,7 +167,7 @@ fn fill(root: &mut toml::Table) -> Given {
     for (name, key, value) in ASSUMED {
         let measured = accuracies && super::external::MEASURED.contains(key);
         if !put(root, name, key, *value) && !measured {
-            assumed.push(format!("{key} = {value}"));
+            assumed.push((*key, *value));
         }
     }
     section(root, "sound_speed");
@@ -211,9 +216,13 @@ fn fill(root: &mut toml::Table) -> Given {
 /// Says which sigmas were not given.
 pub(super) fn note_defaults(given: &Given, notes: &mut Vec<String>) {
     if !given.assumed.is_empty() {
+        let each = given.assumed.iter();
+        let each: Vec<String> = each
+            .map(|(key, value)| format!("{key} = {value}"))
+            .collect();
         notes.push(format!(
             "not given in the survey file, taken as those of an ordinary installation: {}",
-            given.assumed.join(", ")
+            each.join(", ")
         ));
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::file::TrajectorySection;
 use super::recorded::{self, FromRecorders};
 use crate::survey::recorded::files::lacking;
 use crate::survey::recorded::mounted::inline;
@@ -19,20 +20,26 @@ pub fn template(files: &[PathBuf]) -> String {
         "name = \"patch test\"\nprocedure = \"seabed\"\n\n[multibeam]\npaths = [{}]\nrange_sigma_m = 0.02\nangle_sigma_deg = 0.05\n",
         quoted.join(", ")
     );
-    let trajectory = "\n[trajectory]\nposition_sigma_m = 0.01\nroll_pitch_sigma_deg = 0.005\nheading_sigma_deg = 0.01\n";
-    let text = format!("{head}{trajectory}");
-    let found = recorded::load(Path::new("survey.toml"), &text, Path::new(""), names);
-    let (of_sonar, of_rest) = match &found {
-        Ok(found) => (sonar(found), rest(found)),
+    let found = recorded::load(Path::new("survey.toml"), &head, Path::new(""), names);
+    let (of_sonar, of_ins, of_rest) = match &found {
+        Ok(found) => (sonar(found), ins(&found.file.trajectory), rest(found)),
         Err(error) => {
             let lines = lacking(error);
             let words = format!("\n# It cannot be calibrated as it stands:\n{lines}");
-            (String::new(), words)
+            (String::new(), String::new(), words)
         }
     };
-    let title = "# Survey of recorder files, one line of each. A line that begins with \"#\" and a key shows what the files say or what holds\n# without it; without the mark it decides.\n# The sigmas are those of an ordinary installation: put in yours.\n";
+    let title = "# Survey of recorder files, one line of each. A line that begins with \"#\" and a key shows what the files say or what holds\n# without it; without the mark it decides.\n# The sigmas are those of an ordinary installation, and those of the INS what its records show where that is less: put in yours.\n";
     let others = "#path = \"sbet.out\"           # a post-processed trajectory instead of the recorder's own navigation\n#time = \"gps-week\"           # of an SBET: gps-week or utc-week\n#accuracies = \"smrmsg.out\"   # its accuracies, for the drift sigmas\n#heights = \"ellipsoid\"       # or \"heave\", where no height above the ellipsoid is recorded\n";
-    format!("{title}{head}{of_sonar}{trajectory}{others}{of_rest}")
+    format!("{title}{head}{of_sonar}\n[trajectory]\n{of_ins}{others}{of_rest}")
+}
+
+/// White noise of the INS that holds without a word of it.
+fn ins(t: &TrajectorySection) -> String {
+    format!(
+        "#position_sigma_m = {}\n#roll_pitch_sigma_deg = {}\n#heading_sigma_deg = {}\n",
+        t.position_sigma_m, t.roll_pitch_sigma_deg, t.heading_sigma_deg
+    )
 }
 
 /// Mountings as the installation record has them.

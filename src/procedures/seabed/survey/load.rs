@@ -202,7 +202,7 @@ fn of_recorders(
         &from.soundings,
     );
     scene.drift = from.drift;
-    scene.ins.assumed = from.assumed;
+    scene.assumed = from.assumed;
     if by_name {
         one_each(&mut scene, &profiles);
     } else {
@@ -400,6 +400,7 @@ pub fn scene_of(
         lines,
         soundings,
         sonar: file.sonar(),
+        assumed: vec![],
         heads: file.heads(observed.arrays.is_some()),
         priors: file.priors(),
         extras: Arc::default(),

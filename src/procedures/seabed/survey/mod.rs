@@ -11,6 +11,7 @@ pub mod load;
 mod recorded;
 pub mod scenario;
 mod tide;
+mod white;
 pub mod write;
 
 pub use file::SeabedSurveyFile;

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::super::scene::{AssumedWhite, DriftSigmas};
+use super::super::scene::DriftSigmas;
 use super::external::{self, External};
 use super::file::{LineSection, SeabedSurveyFile};
 use super::filled::{self, Given};
-use super::{heads, tide};
+use super::{heads, tide, white};
 use crate::formats::recorder::{Installation, Profile, utc};
 use crate::formats::{SoundingRecords, TrajectoryRecords, sound_speed_csv};
 use crate::observe::{SoundSpeedProfile, TideCurve};
@@ -29,8 +29,8 @@ pub(super) struct FromRecorders {
     pub(super) trajectory: TrajectoryRecords,
     /// Standard deviations of its drift over time, where a file states them.
     pub(super) drift: DriftSigmas,
-    /// White noise of the INS that the survey file does not state.
-    pub(super) assumed: AssumedWhite,
+    /// Keys of the noise that the survey file does not state.
+    pub(super) assumed: Vec<&'static str>,
     /// Casts in order of time, with it; without a time where the survey file names the profile.
     pub(super) casts: Vec<(Option<f64>, SoundSpeedProfile)>,
     /// The tide over time, where the survey file names one.
@@ -50,7 +50,7 @@ pub(super) fn load(
     folder: &Path,
     names: Vec<String>,
 ) -> Result<FromRecorders, SurveyError> {
-    let (mut file, given) = filled::draft(path, text, folder, &names)?;
+    let (mut file, mut given) = filled::draft(path, text, folder, &names)?;
     let paths: Vec<PathBuf> = names.iter().map(|name| folder.join(name)).collect();
     let mut observed = read_all(&paths)?;
     let (chosen, said) = heads::of_recorders(path, &mut file, &observed)?;
@@ -79,6 +79,8 @@ pub(super) fn load(
         )?,
     };
     notes.extend(navigation.notes);
+    let said = white::measured(&mut file.trajectory, &mut given, &navigation.records);
+    notes.extend(said);
     let casts = casts(&file, folder, &observed, &paths)?;
     let mut named = names;
     named.extend(file.trajectory.path.clone());
@@ -104,7 +106,7 @@ pub(super) fn load(
         file,
         trajectory: navigation.records,
         drift: drift.unwrap_or_default(),
-        assumed: given.white(),
+        assumed: given.noise(),
         casts,
         tide,
         notes,
