@@ -67,6 +67,8 @@ class FoundMounting:
     nominal_rotation: Array
     nominal_lever_arm_m: Array | None
     lever_arm_sigma_m: Array | None
+    arrays: tuple[FoundMounting, ...] = ()
+    """Of a sounder whose two arrays stand each on its own: the transmit and the receive array. The mounting stands for both and is neither's record."""
 
 
 @dataclass(frozen=True)
@@ -176,6 +178,7 @@ def _mounting(m: Mapping[str, Any]) -> FoundMounting:
         nominal_rotation=nominal,
         nominal_lever_arm_m=_array(m["nominal_lever_arm_m"]),
         lever_arm_sigma_m=_array(m["lever_arm_sigma_m"]),
+        arrays=tuple(_mounting(array) for array in m.get("arrays", ())),
     )
 
 

@@ -472,3 +472,47 @@ fn own_points_of_zeros_are_none() {
     assert!(!said.contains("They do not agree"), "{said}");
     assert!(!said.contains("minus the sounder's own"), "{said}");
 }
+
+/// The survey file with these lines changed, calibrated by the joint path.
+fn calibrated_with(folder: &Path, edit: impl Fn(&str) -> Option<String>) -> Value {
+    let survey = folder.join(SURVEY);
+    let text = std::fs::read_to_string(&survey).expect("a file");
+    let text: Vec<String> = text.lines().filter_map(edit).collect();
+    std::fs::write(&survey, text.join("\n")).expect("written");
+    let output = run(
+        &["calibrate", SURVEY, "--method", "joint", "--out", "out"],
+        folder,
+    );
+    assert!(output.status.code() < Some(2), "{}", words(&output));
+    json(&folder.join("out/result.json"))
+}
+
+/// Truth: 2 mm, 0.003 and 0.005 deg; some 3000 records know it to 2 % each.
+#[test]
+fn noise_that_nobody_states_is_measured_and_what_is_assumed_is_named() {
+    let folder = simulated(&scenario("kmall"));
+    let measured = [
+        "position_sigma_m",
+        "roll_pitch_sigma_deg",
+        "heading_sigma_deg",
+    ];
+    let result = calibrated_with(folder.path(), |line| {
+        let of = |key: &str| line.starts_with(&format!("{key} ="));
+        if of("angle_sigma_deg") {
+            return Some("angle_sigma_deg = 0.1".to_owned());
+        }
+        let left_out = of("angle_sigma_growth") || measured.iter().any(|key| of(key));
+        (!left_out).then(|| line.to_owned())
+    });
+    for (key, truth) in measured.iter().zip([0.002, 0.003, 0.005]) {
+        let taken = &result["configuration"]["trajectory"][key];
+        let taken = taken.as_f64().expect("a sigma");
+        assert!((taken / truth - 1.0).abs() < 0.1, "{key}: {taken}");
+    }
+    let findings = result["verdict"]["findings"].as_array().expect("a list");
+    let claim = findings.iter().find(|f| f["code"] == "noise_claim");
+    let advice = claim.expect("a finding")["advice"].as_str().expect("words");
+    let assumed =
+        "(not in the survey file, taken as an ordinary installation's: angle_sigma_growth)";
+    assert!(advice.contains(assumed), "{advice}");
+}
