@@ -2,9 +2,9 @@
 //! 6000 points).
 
 use boresight::procedures::pool::Method;
+use boresight::procedures::rail::RailProfile;
 use boresight::procedures::rail::simulate::{RailScenario, SimulatedRail, simulate};
 use boresight::procedures::rail::{RailInput, RailJointConfig, RailReferenceConfig, calibrate};
-use boresight::target::RailProfile;
 
 const THIN: &str = include_str!("../models/scenarios/rail-thin.toml");
 

@@ -5,9 +5,9 @@
 //!
 //! A pull RMS of 1 means that the reported uncertainty is true. Nothing is selected: a seed without a usable result is listed.
 
+use boresight::procedures::rail::RailProfile;
 use boresight::procedures::rail::simulate::RailScenario;
 use boresight::procedures::rail::trial::{RailTrial, trial};
-use boresight::target::RailProfile;
 use rayon::prelude::*;
 
 fn main() {

@@ -6,9 +6,9 @@
 //! A pull RMS of 1 means that the reported uncertainty is true. Nothing is selected: a seed without a usable result is listed.
 
 use boresight::geometry::rotation;
-use boresight::observe::usbl::Role;
 use boresight::procedures::pool::Method;
 use boresight::procedures::usbl::joint::sought;
+use boresight::procedures::usbl::observed::Role;
 use boresight::procedures::usbl::simulate::{Scenario, Truth, simulate};
 use boresight::procedures::usbl::{JointConfig, ReferenceConfig, UsblInput, calibrate};
 use nalgebra::Matrix3;

@@ -4,7 +4,6 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 use super::error::{FormatError, open};
-use super::rail_csv::{TILT, TURN};
 use super::rows::Rows;
 use super::table::{Limits, Table};
 use super::whole::write_whole;
@@ -44,12 +43,6 @@ pub const VESSEL: Layout = Layout {
         },
     ],
     decimals: 8,
-};
-
-/// Of a measuring beam's INS on its table.
-pub const BEAM: Layout = Layout {
-    limits: [TURN, TILT, TURN],
-    decimals: 7,
 };
 
 // READ

@@ -1,7 +1,7 @@
 //! What a file of no known format seems to be: enough for a message, and nothing of its content, which may be none of ours.
 
 /// Kinds of files that people pick by mistake, by what they begin with.
-const KNOWN: [(&[u8], &str); 9] = [
+const KNOWN: [(&[u8], &str); 10] = [
     (b"PK\x03\x04", "a ZIP archive or an office document"),
     (b"\x1f\x8b", "a gzip archive"),
     (b"7z\xbc\xaf", "a 7z archive"),
@@ -11,6 +11,7 @@ const KNOWN: [(&[u8], &str); 9] = [
     (b"\x89HDF", "an HDF5 file"),
     (b"CDF", "a NetCDF file"),
     (b"SQLite", "a database"),
+    (b"PAR1", "a Parquet file"),
 ];
 
 /// In words, from a file's first bytes.

@@ -1,6 +1,6 @@
 //! Files to columns and back: trajectories, laser returns, soundings, sound-speed profiles.
 //!
-//! [`registry`] is the one list of formats.
+//! [`registry`] is the one list of formats that any procedure may read; what one alone reads stands in its folder.
 //!
 //! Each reader has two doors: `read(path)`, and `read_from` for bytes that are already at hand. Files hold degrees, the
 //! columns radians. Whatever is wrong with a file comes back as one [`FormatError`]: file, place, found, expected.
@@ -21,9 +21,6 @@ pub mod las;
 pub mod laser_csv;
 pub mod novatel;
 pub mod pos_mv;
-pub mod rail_csv;
-#[cfg(feature = "parquet")]
-pub mod rail_parquet;
 pub mod recorder;
 pub mod records;
 pub mod registry;
@@ -37,8 +34,6 @@ pub mod table;
 pub mod tide_csv;
 pub mod tidy;
 pub mod trajectory_csv;
-pub mod usbl_control_csv;
-pub mod usbl_fixes_csv;
 pub mod week;
 pub mod whole;
 pub mod xtf;
@@ -47,9 +42,8 @@ pub use error::{FaultKind, FormatError, Place};
 pub use faults::Invalid;
 pub use records::{LaserRecords, SoundingRecords, TrajectoryRecords};
 pub use registry::{
-    FORMATS, Format, Reader, read_attitude, read_control, read_fixes, read_laser,
-    read_rail_profiles, read_sound_speed, read_soundings, read_soundings_within, read_table,
-    read_tide, read_trajectory,
+    FORMATS, Format, Reader, read_attitude, read_laser, read_sound_speed, read_soundings,
+    read_soundings_within, read_tide, read_trajectory,
 };
 
 use std::path::Path;

@@ -8,7 +8,7 @@
 //! 3. A stream that no format gave before is a new variant of [`Reader`], with a word in [`Reader::stream`].
 //!
 //! A file that one procedure alone reads stands in that procedure's folder instead, with its reader: `Procedure::formats` lists it, as
-//! [`Reader::Own`].
+//! [`Reader::Own`], and [`choose`] finds its reader.
 //!
 //! The loaders, the messages about unknown files, the page `docs/formats.md` and the suites for bad input go through the table by
 //! themselves.
@@ -20,14 +20,8 @@ use super::error::{FaultKind, FormatError, Place, open};
 use super::faults::Invalid;
 use super::kind::kind_of;
 use super::records::{LaserRecords, SoundingRecords, TrajectoryRecords};
-use super::usbl_control_csv::{self, ControlRecords};
-use super::usbl_fixes_csv::{self, FixRecords};
-use super::{
-    las, laser_csv, rail_csv, sbet, sound_speed_csv, soundings_csv, tide_csv, trajectory_csv,
-};
-use crate::observe::{
-    AttitudeRecord, ProfilePoints, Room, SoundSpeedProfile, SoundingFile, TableRecord, TideCurve,
-};
+use super::{las, laser_csv, sbet, sound_speed_csv, soundings_csv, tide_csv, trajectory_csv};
+use crate::observe::{AttitudeRecord, Room, SoundSpeedProfile, SoundingFile, TideCurve};
 
 type Read<T> = fn(&Path) -> Result<T, FormatError>;
 /// Reads observations, of which a few may be invalid.
@@ -48,14 +42,6 @@ pub enum Reader {
     SoundSpeed(Read<SoundSpeedProfile>),
     /// Height of the water over time.
     Tide(Read<TideCurve>),
-    /// Fixes of an acoustic positioning system.
-    Fixes(ReadSome<FixRecords>),
-    /// Surveyed points.
-    Control(Read<ControlRecords>),
-    /// Profiles of a rail by so many profilers.
-    Profiles(fn(&Path, usize) -> Result<ProfilePoints, FormatError>),
-    /// Positions at which a measuring table rests.
-    Table(Read<TableRecord>),
     /// What one procedure alone reads, in its own folder: the stream in a word or two, and whether a file can be read at all.
     Own(&'static str, Read<()>),
 }
@@ -71,10 +57,6 @@ impl Reader {
             Self::Soundings(_) => "soundings",
             Self::SoundSpeed(_) => "sound speed",
             Self::Tide(_) => "tide",
-            Self::Fixes(_) => "fixes",
-            Self::Control(_) => "control points",
-            Self::Profiles(_) => "rail profiles",
-            Self::Table(_) => "table positions",
             Self::Own(stream, _) => stream,
         }
     }
@@ -91,10 +73,6 @@ impl Reader {
             Self::Soundings(read) => read(path, Invalid::Error).map(drop),
             Self::SoundSpeed(read) => read(path).map(drop),
             Self::Tide(read) => read(path).map(drop),
-            Self::Fixes(read) => read(path, Invalid::Error).map(drop),
-            Self::Control(read) => read(path).map(drop),
-            Self::Profiles(read) => read(path, usize::from(u8::MAX)).map(drop),
-            Self::Table(read) => read(path).map(drop),
             Self::Own(_, read) => read(path),
         }
     }
@@ -117,10 +95,17 @@ pub struct Format {
     pub written: bool,
 }
 
-/// Names of small tables that people make by hand.
-const TEXT: &[&str] = &["csv", "txt"];
+impl Format {
+    /// Whether a file that begins so is of it, where that can be told.
+    fn begins(&self, begin: &[u8]) -> bool {
+        !self.magic.is_empty() && begin.starts_with(self.magic)
+    }
+}
 
-/// Every format that is read.
+/// Names of small tables that people make by hand.
+pub const TEXT: &[&str] = &["csv", "txt"];
+
+/// Every format that more than one procedure may read.
 pub const FORMATS: &[Format] = &[
     Format {
         name: "trajectory CSV",
@@ -186,46 +171,6 @@ pub const FORMATS: &[Format] = &[
         readers: &[Reader::Attitude(attitude_csv::read)],
         written: true,
     },
-    Format {
-        name: "acoustic fixes CSV",
-        extensions: TEXT,
-        magic: b"",
-        holds: "`time_s,beacon` with ranges or travel times and angles, or coordinates",
-        readers: &[Reader::Fixes(usbl_fixes_csv::read)],
-        written: true,
-    },
-    Format {
-        name: "control points CSV",
-        extensions: TEXT,
-        magic: b"",
-        holds: "`name,role`, coordinates and their standard deviations",
-        readers: &[Reader::Control(usbl_control_csv::read)],
-        written: true,
-    },
-    Format {
-        name: "rail profiles CSV",
-        extensions: TEXT,
-        magic: b"",
-        holds: "`time_s,profiler,y_m,z_m`",
-        readers: &[Reader::Profiles(rail_csv::read_profiles)],
-        written: true,
-    },
-    Format {
-        name: "rail profiles Parquet",
-        extensions: &["parquet"],
-        magic: b"PAR1",
-        holds: "the same columns (cargo feature `parquet`)",
-        readers: &[Reader::Profiles(profiles_parquet)],
-        written: false,
-    },
-    Format {
-        name: "table positions CSV",
-        extensions: TEXT,
-        magic: b"",
-        holds: "when the table rested, and at which angles",
-        readers: &[Reader::Table(rail_csv::read_table)],
-        written: true,
-    },
 ];
 
 /// The extension in small letters, empty if there is none.
@@ -235,24 +180,32 @@ pub(super) fn extension(path: &Path) -> String {
         .unwrap_or_default()
 }
 
-/// The reader of a file among those that `pick` takes: by the end of its name, else by what it begins with.
+/// The reader of a file among those of the table that `pick` takes.
+fn reader<T: Copy>(path: &Path, pick: impl Fn(&Reader) -> Option<T>) -> Result<T, FormatError> {
+    let of = |format: &'static Format| Some((format, format.readers.iter().find_map(&pick)?));
+    choose(path, &FORMATS.iter().filter_map(of).collect::<Vec<_>>())
+}
+
+/// The reader of a file among formats that give the same stream: by the end of its name, else by what it begins with.
 ///
 /// # Errors
 /// [`FormatError`] of kind `UnknownFormat` with the formats that give the stream, of kind `Unreadable` for a file that is not there.
-fn reader<T>(path: &Path, pick: impl Fn(&Reader) -> Option<T>) -> Result<T, FormatError> {
-    let of = |format: &Format| format.readers.iter().find_map(&pick);
+pub fn choose<T: Copy>(path: &Path, among: &[(&Format, T)]) -> Result<T, FormatError> {
     let named = extension(path);
-    let by_name = |format: &&Format| format.extensions.contains(&named.as_str());
-    if let Some(reader) = FORMATS.iter().filter(by_name).find_map(of) {
-        return Ok(reader);
+    let by_name = |(format, _): &&(&Format, T)| format.extensions.contains(&named.as_str());
+    if let Some((_, reader)) = among.iter().find(by_name) {
+        return Ok(*reader);
     }
     let begin = begin_of(path)?;
-    let by_magic = |format: &&Format| !format.magic.is_empty() && begin.starts_with(format.magic);
-    FORMATS
-        .iter()
-        .filter(by_magic)
-        .find_map(of)
-        .ok_or_else(|| unknown(path, &begin, |format| of(format).is_some()))
+    let by_magic = |(format, _): &&(&Format, T)| format.begins(&begin);
+    match among.iter().find(by_magic) {
+        Some((_, reader)) => Ok(*reader),
+        None => Err(unknown(
+            path,
+            &begin,
+            among.iter().map(|(format, _)| *format),
+        )),
+    }
 }
 
 /// The first bytes of a file.
@@ -265,16 +218,15 @@ fn begin_of(path: &Path) -> Result<Vec<u8>, FormatError> {
 }
 
 /// A file that no format of the wanted stream claims, called by the format that it is of.
-fn unknown(path: &Path, begin: &[u8], wanted: impl Fn(&Format) -> bool) -> FormatError {
-    let is = |format: &&Format| !format.magic.is_empty() && begin.starts_with(format.magic);
+fn unknown<'f>(path: &Path, begin: &[u8], wanted: impl Iterator<Item = &'f Format>) -> FormatError {
     let ends = path
         .extension()
         .map_or("no extension".to_owned(), |e| format!("extension {e:?}"));
-    let found = match FORMATS.iter().find(is) {
+    let found = match FORMATS.iter().find(|format| format.begins(begin)) {
         Some(format) => format!("{ends}, a file of format {}", format.name),
         None => format!("{ends}, {}", kind_of(begin)),
     };
-    let known: Vec<_> = FORMATS.iter().filter(|f| wanted(f)).map(called).collect();
+    let known: Vec<_> = wanted.map(called).collect();
     let expected = format!("one of {}", known.join(", "));
     FormatError::new(FaultKind::UnknownFormat, path, Place::File, found, expected)
 }
@@ -315,14 +267,6 @@ doors! {
     read_sound_speed, SoundSpeed() -> SoundSpeedProfile;
     /// Reads a tide curve.
     read_tide, Tide() -> TideCurve;
-    /// Reads acoustic fixes, of which a few may be `invalid`.
-    read_fixes, Fixes(invalid: Invalid) -> FixRecords;
-    /// Reads control points.
-    read_control, Control() -> ControlRecords;
-    /// Reads the profiles of a rail survey of so many profilers.
-    read_rail_profiles, Profiles(profilers: usize) -> ProfilePoints;
-    /// Reads the positions of a measuring table.
-    read_table, Table() -> TableRecord;
 }
 
 /// Reads soundings as [`read_soundings`] does; those for which there is no room in memory go to a file as they are read, of
@@ -341,20 +285,6 @@ pub fn read_soundings_within(
         matches!(reader, Reader::Soundings(_)).then_some(())
     })?;
     soundings_csv::read_within(path, invalid, room, head)
-}
-
-#[cfg(feature = "parquet")]
-use super::rail_parquet::read_profiles as profiles_parquet;
-
-#[cfg(not(feature = "parquet"))]
-fn profiles_parquet(path: &Path, _: usize) -> Result<ProfilePoints, FormatError> {
-    Err(FormatError::new(
-        FaultKind::UnknownFormat,
-        path,
-        Place::File,
-        "a Parquet file, which this program was built without",
-        "CSV, or a program built with it (cargo install --path . --features parquet)",
-    ))
 }
 
 /// Formats as a table in Markdown, for `docs/formats.md`.

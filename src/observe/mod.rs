@@ -1,10 +1,10 @@
 //! What instruments say: trajectory, laser scan, soundings, sound speed, and the rig that carries them.
 
 mod arrays;
+mod attitude;
 pub mod campaign;
 pub mod extra;
 pub mod laser;
-pub mod rail;
 pub mod rig;
 pub mod sound_speed;
 pub mod sounding_file;
@@ -12,14 +12,11 @@ pub mod soundings;
 pub mod struck;
 pub mod tide;
 pub mod trajectory;
-pub mod usbl;
 
+pub use attitude::AttitudeRecord;
 pub use campaign::Campaign;
 pub use extra::{Acts, Extra, ExtraFault, MOST_EXTRAS};
 pub use laser::{LaserCoordinates, LaserNoise, LaserScan};
-pub use rail::{
-    AttitudeNoise, AttitudeRecord, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord,
-};
 pub use rig::{ArrayMountings, Mounting, MountingSigma};
 pub use sound_speed::{SoundSpeed, SoundSpeedProfile};
 pub use sounding_file::{Room, Sounding, SoundingFile, SoundingWriter};

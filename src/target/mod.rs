@@ -2,12 +2,10 @@
 
 pub mod face;
 pub mod model;
-pub mod rail;
 mod wall;
 
 pub use face::{Face, Outline, Role};
 pub use model::{FaceModel, TargetError, TargetModel, WallModel};
-pub use rail::{RailError, RailModel, RailProfile};
 
 use nalgebra::Vector3;
 

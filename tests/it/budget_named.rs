@@ -9,6 +9,7 @@ use boresight::budget::experiment::Experiment;
 use boresight::budget::summary;
 use boresight::calibrate::quality::readable;
 use boresight::calibrate::tried::{Acting, Tried};
+use boresight::procedures::rail::RailProfile;
 use boresight::procedures::rail::simulate::{RailScenario, RailSource, RailSources};
 use boresight::procedures::rail::trials::RailTrials;
 use boresight::procedures::rail::{RailJointConfig, RailReferenceConfig};
@@ -17,7 +18,6 @@ use boresight::procedures::usbl::simulate::{Scenario, Source, Sources};
 use boresight::procedures::usbl::trials::UsblTrials;
 use boresight::procedures::usbl::{JointConfig, ReferenceConfig};
 use boresight::results::BudgetResult;
-use boresight::target::RailProfile;
 use nalgebra::Vector3;
 
 fn usbl(change: impl FnOnce(&mut Scenario)) -> UsblTrials {

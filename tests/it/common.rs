@@ -5,7 +5,9 @@ use std::process::Output;
 
 use assert_cmd::cargo::cargo_bin_cmd;
 use boresight::calibrate::seam::Procedure;
+use boresight::formats::{FORMATS, Format};
 use boresight::observe::{Acts, Extra};
+use boresight::procedures;
 
 /// Runs the program in a folder.
 pub fn run(arguments: &[&str], folder: &Path) -> Output {
@@ -35,7 +37,7 @@ pub fn thin(procedure: &dyn Procedure) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/scenarios");
     let of = |file: String| std::fs::read_to_string(folder.join(file)).ok();
     let own = |text: &String| {
-        let found = boresight::procedures::of_text(Path::new("thin.toml"), text);
+        let found = procedures::of_text(Path::new("thin.toml"), text);
         found.is_ok_and(|found| found.name() == name)
     };
     of(format!("{name}-thin.toml"))
@@ -87,4 +89,28 @@ pub fn change_column(path: &Path, column: &str, change: impl Fn(f64, f64) -> f64
     });
     let all: Vec<String> = std::iter::once(head.to_owned()).chain(changed).collect();
     std::fs::write(path, all.join("\n") + "\n").expect("written");
+}
+
+/// Formats that one procedure alone reads, from its own folder.
+const OWN: [&str; 5] = [
+    "acoustic fixes CSV",
+    "control points CSV",
+    "rail profiles CSV",
+    "rail profiles Parquet",
+    "table positions CSV",
+];
+
+/// Every format, for the suites that go through all of them: the table's and each procedure's own, none twice.
+pub fn formats() -> Vec<&'static Format> {
+    let all: Vec<_> = procedures::formats().collect();
+    let names: Vec<_> = all.iter().map(|format| format.name).collect();
+    let once = |name: &&str| names.iter().filter(|other| *other == name).count() == 1;
+    assert!(names.iter().all(|name| once(&name)), "{names:?}");
+    assert!(OWN.iter().all(|own| names.contains(own)), "{names:?}");
+    let shared = |own: &&str| FORMATS.iter().any(|format| format.name == *own);
+    assert!(
+        !OWN.iter().any(|own| shared(&own)),
+        "on the lower floor too"
+    );
+    all
 }

@@ -309,7 +309,7 @@ fn a_real_las_that_is_not_in_order_is_sorted_with_a_note() {
 #[test]
 fn parquet_left_out_of_the_program_is_said() {
     let path = Path::new("profiles.PARQUET");
-    let error = formats::read_rail_profiles(path, 2).expect_err("a fault");
+    let error = boresight::procedures::rail::formats::read_profiles(path, 2).expect_err("a fault");
     assert_eq!(error.kind, FaultKind::UnknownFormat);
     assert!(error.to_string().contains("--features parquet"), "{error}");
 }
@@ -329,7 +329,7 @@ fn damaged_contents() -> Vec<(&'static str, Vec<u8>)> {
 #[test]
 fn no_reader_of_the_table_takes_what_is_no_file_of_its_own() {
     let folder = tempfile::tempdir().expect("folder");
-    for format in boresight::procedures::formats() {
+    for format in crate::common::formats() {
         for extension in format.extensions {
             for (what, bytes) in damaged_contents() {
                 let path = folder.path().join(format!("file.{extension}"));
@@ -352,7 +352,7 @@ fn no_reader_of_the_table_takes_what_is_no_file_of_its_own() {
 fn every_reader_of_the_table_names_a_missing_file_and_a_folder() {
     let folder = tempfile::tempdir().expect("folder");
     let missing = folder.path().join("missing.csv");
-    for format in boresight::procedures::formats() {
+    for format in crate::common::formats() {
         for reader in format.readers {
             for path in [folder.path(), &missing] {
                 let error = reader.probe(path).expect_err("no file");
@@ -365,7 +365,7 @@ fn every_reader_of_the_table_names_a_missing_file_and_a_folder() {
 
 #[test]
 fn a_stream_and_an_extension_lead_to_one_format() {
-    let all: Vec<_> = boresight::procedures::formats().collect();
+    let all = crate::common::formats();
     for (k, format) in all.iter().enumerate() {
         assert!(!format.readers.is_empty() && !format.extensions.is_empty());
         for other in &all[k + 1..] {
@@ -419,7 +419,7 @@ fn an_unknown_extension_is_told_by_the_content_or_answered_with_the_table() {
 #[test]
 fn the_page_of_formats_is_the_table() {
     let page = include_str!("../../docs/formats.md");
-    let table = formats::registry::markdown(boresight::procedures::formats());
+    let table = formats::registry::markdown(crate::common::formats().into_iter());
     assert!(
         page.contains(&table),
         "docs/formats.md should hold\n{table}"

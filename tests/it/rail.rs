@@ -2,8 +2,10 @@
 //! what is refused.
 
 use boresight::adjust::{ChainState, Estimate, check_derivatives};
-use boresight::observe::{Mounting, RailCampaign};
+use boresight::observe::Mounting;
 use boresight::procedures::pool::Method;
+use boresight::procedures::rail::RailCampaign;
+use boresight::procedures::rail::RailProfile;
 use boresight::procedures::rail::conditions::{AttitudeConditions, PointConditions, Tie, recorded};
 use boresight::procedures::rail::model::{Turned, chain, parameters};
 use boresight::procedures::rail::reference::SweepStep;
@@ -14,7 +16,6 @@ use boresight::procedures::rail::trial::{RailTrial, corrections_from, trial};
 use boresight::procedures::rail::{
     RailInput, RailJointConfig, RailOutcome, RailReferenceConfig, RailScene, calibrate,
 };
-use boresight::target::RailProfile;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 

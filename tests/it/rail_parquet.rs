@@ -7,8 +7,9 @@ use assert_cmd::cargo::cargo_bin_cmd;
 use boresight::formats::columns::Columns;
 use boresight::formats::rows::Rows;
 use boresight::formats::table::Limits;
-use boresight::formats::{FaultKind, FormatError, read_rail_profiles};
-use boresight::observe::ProfilePoints;
+use boresight::formats::{FaultKind, FormatError};
+use boresight::procedures::rail::formats::read_profiles;
+use boresight::procedures::rail::observed::ProfilePoints;
 use proptest::prelude::*;
 
 fn fixture(name: &str) -> PathBuf {
@@ -18,12 +19,12 @@ fn fixture(name: &str) -> PathBuf {
 }
 
 fn read(name: &str) -> ProfilePoints {
-    read_rail_profiles(&fixture(name), 2).expect("profiles")
+    read_profiles(&fixture(name), 2).expect("profiles")
 }
 
 /// The error of reading a file; it must name the file.
 fn refused(path: &Path) -> FormatError {
-    let error = read_rail_profiles(path, 2).expect_err("a fault");
+    let error = read_profiles(path, 2).expect_err("a fault");
     assert_eq!(*error.file, *path);
     error
 }
@@ -132,7 +133,7 @@ fn a_bad_value_is_named_by_row_and_column() {
         let said = refused(&fixture(name)).to_string();
         assert!(said.contains(expected), "{said}");
     }
-    let one = read_rail_profiles(&fixture("profiles.parquet"), 1).expect_err("a fault");
+    let one = read_profiles(&fixture("profiles.parquet"), 1).expect_err("a fault");
     let csv = read("profiles.csv");
     let row = csv.profiler.iter().position(|p| *p == 1).expect("a second") + 1;
     let expected =
@@ -275,7 +276,7 @@ fn a_page_s_size_is_not_believed() {
 /// Reads a file in every way; an error must name the file and say what was found and expected.
 fn never_panics(bytes: &[u8]) {
     let (_folder, path) = written(bytes);
-    if let Err(error) = read_rail_profiles(&path, 2) {
+    if let Err(error) = read_profiles(&path, 2) {
         let said = error.to_string();
         assert!(
             !error.found.is_empty() && !error.expected.is_empty(),

@@ -6,10 +6,10 @@ use boresight::adjust::{
     check_derivatives,
 };
 use boresight::geometry::rotation;
-use boresight::observe::usbl::{AngleModel, Role, UsblCampaign};
 use boresight::procedures::pool::Method;
 use boresight::procedures::usbl::conditions::{Blocks, FixConditions};
 use boresight::procedures::usbl::joint::SOUGHT;
+use boresight::procedures::usbl::observed::{AngleModel, Role, UsblCampaign};
 use boresight::procedures::usbl::simulate::scenario::{OneBeacon, Recorded};
 use boresight::procedures::usbl::simulate::{
     Scenario, Simulated, Source, Sources, simulate, simulate_with,

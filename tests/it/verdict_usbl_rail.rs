@@ -1,20 +1,20 @@
 //! Wrong inputs of USBL and rail must not pass as a result, and the mistake must be named: each is made to a simulated survey in memory.
 
 use boresight::geometry::rotation::{from_attitude, to_attitude};
-use boresight::observe::RailCampaign;
 use boresight::observe::Trajectory;
-use boresight::observe::usbl::UsblCampaign;
 use boresight::procedures::pool::Method;
+use boresight::procedures::rail::RailCampaign;
+use boresight::procedures::rail::RailProfile;
 use boresight::procedures::rail::simulate::{RailScenario, simulate as simulate_rail};
 use boresight::procedures::rail::{
     RailInput, RailJointConfig, RailReferenceConfig, calibrate as calibrate_rail,
 };
+use boresight::procedures::usbl::UsblCampaign;
 use boresight::procedures::usbl::simulate::{Scenario, simulate as simulate_usbl};
 use boresight::procedures::usbl::{
     JointConfig, ReferenceConfig, UsblInput, calibrate as calibrate_usbl,
 };
 use boresight::results::Verdict;
-use boresight::target::RailProfile;
 
 const USBL: &str = include_str!("../../models/scenarios/usbl-thin.toml");
 const RAIL: &str = include_str!("../../models/scenarios/rail-thin.toml");

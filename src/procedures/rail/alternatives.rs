@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::joint::RailJoint;
+use super::observed::{ProfilePoints, RailCampaign};
+use super::profile::BUILT_IN;
+use super::profile::RailProfile;
 use super::run::RailInput;
 use super::scene::RailScene;
 use super::trial::names;
 use crate::calibrate::verdict::alternatives::{self, Otherwise, best};
 use crate::calibrate::verdict::{Alternative, Tried};
 use crate::geometry::rotation::log;
-use crate::observe::{ProfilePoints, RailCampaign};
 use crate::results::Finding;
-use crate::target::RailProfile;
-use crate::target::rail::BUILT_IN;
 
 impl RailJoint {
     /// Share of the resting points of the worst-off profiler that are used, or of the INS' attitudes, and the variance factor.

@@ -6,9 +6,9 @@
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::Vector2;
 
+use super::profile::RailProfile;
 use crate::math;
 use crate::stats::mad_sigma;
-use crate::target::RailProfile;
 
 /// Pairs nearer than this are never left out, metres.
 const ALWAYS_M: f64 = 2e-4;

@@ -3,6 +3,7 @@
 use super::conditions::Tie;
 use super::doubts::Doubts;
 use super::model::Blocks;
+use super::observed::Profiler;
 use super::scene::RailScene;
 use super::trial::names;
 use crate::adjust::{AdjustError, Bits, FitTest, Problem, Quality, Solution, prior_tests};
@@ -199,7 +200,7 @@ impl Case<'_> {
         let of = |profiler: usize, row: u32| {
             self.scene.campaign.points.profiler[row as usize] as usize == profiler
         };
-        let one = |(p, profiler): (usize, &crate::observe::Profiler)| Share {
+        let one = |(p, profiler): (usize, &Profiler)| Share {
             name: format!("points of {}", profiler.name),
             candidates: self
                 .scene
@@ -218,7 +219,7 @@ impl Case<'_> {
     fn sizes(&self) -> Vec<Finding> {
         let x = &self.solution.estimate.parameters;
         let profilers = self.scene.campaign.profilers.iter().enumerate();
-        let one = |(p, profiler): (usize, &crate::observe::Profiler)| {
+        let one = |(p, profiler): (usize, &Profiler)| {
             let found = self.blocks.mounting(x, p);
             Correction {
                 name: format!("profiler {}", profiler.name),

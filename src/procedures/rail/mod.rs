@@ -4,6 +4,9 @@
 //! |---|---|
 //! | [`alternatives`] | signs, units, order: discrete mistakes |
 //! | [`config`] | the `[reference]` and `[joint]` sections |
+//! | [`observed`] | what the instruments say |
+//! | [`formats`] | the files that only this procedure reads |
+//! | [`profile`] | standard rails and their curves |
 //! | [`scene`] | points and attitudes sorted by the table's positions |
 //! | [`icp`] | coarse fit of a profile to the standard profile |
 //! | [`reference`](mod@reference) | the patent's path (CN114162169A) |
@@ -21,11 +24,14 @@ pub mod alternatives;
 pub mod conditions;
 pub mod config;
 pub mod doubts;
+pub mod formats;
 pub mod icp;
 pub mod joint;
 pub mod judge;
 pub mod model;
+pub mod observed;
 pub mod procedure;
+pub mod profile;
 pub mod reference;
 pub mod run;
 pub mod scene;
@@ -37,6 +43,7 @@ pub mod trials;
 pub mod verdict;
 
 pub use config::{RailJointConfig, RailReferenceConfig};
-
+pub use observed::RailCampaign;
+pub use profile::RailProfile;
 pub use run::{RailInput, RailOutcome, calibrate};
 pub use scene::RailScene;

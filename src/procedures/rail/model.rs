@@ -9,13 +9,14 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 
+use super::observed::Stand;
 use super::scene::RailScene;
 use crate::adjust::{
     AdjustError, Block, BlockId, ChainModel, ChainState, Component, ParameterSet, Process,
     ProcessKind, Unit,
 };
 use crate::geometry::rotation;
-use crate::observe::{Mounting, Stand};
+use crate::observe::Mounting;
 
 /// Visible quantity of the chain that is the error of the turn about the vertical.
 pub const TURN_HEADING: usize = 3;

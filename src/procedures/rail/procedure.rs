@@ -18,6 +18,7 @@ use crate::calibrate::seam::{
     Simulated, Uses, looks_like, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
+use crate::formats::Format;
 use crate::results::InputFile;
 use crate::ruled::Ruled;
 use crate::survey::schema::Key;
@@ -45,6 +46,10 @@ impl Procedure for Rail {
 
     fn targets(&self) -> &'static [(&'static str, &'static [Key])] {
         &[("A rail's profile.", super::survey::keys::MODEL)]
+    }
+
+    fn formats(&self) -> &'static [Format] {
+        super::formats::FORMATS
     }
 
     fn uses(&self) -> Uses {

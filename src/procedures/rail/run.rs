@@ -6,15 +6,16 @@ use super::alternatives;
 use super::config::{RailJointConfig, RailReferenceConfig};
 use super::icp::Cloud;
 use super::joint::{RailJoint, joint};
+use super::observed::{Profiler, RailCampaign};
+use super::profile::RailProfile;
 use super::reference::{RailReference, ReferenceError, cloud, coarse, reference};
 use super::scene::RailScene;
 use super::verdict::{self, RailRefusal};
 use crate::adjust::AdjustError;
 use crate::calibrate::choices::Method;
 use crate::calibrate::verdict::accepted;
-use crate::observe::{Mounting, Profiler, RailCampaign};
+use crate::observe::Mounting;
 use crate::results::Finding;
-use crate::target::RailProfile;
 
 /// What a rail calibration gets.
 #[derive(Clone, Copy, Debug)]

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::observed::RailCampaign;
+use super::profile::RailProfile;
 use crate::geometry::rotation;
-use crate::observe::RailCampaign;
-use crate::target::RailProfile;
 
 /// A position at which the table was at rest.
 #[derive(Clone, Debug, PartialEq)]

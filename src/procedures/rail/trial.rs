@@ -4,11 +4,12 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::config::{RailJointConfig, RailReferenceConfig};
 use super::model::{SOUGHT, SOUGHT_NAMES};
+use super::observed::Profiler;
+use super::profile::RailProfile;
 use super::run::{RailInput, calibrate};
 use crate::calibrate::choices::Method;
-use crate::observe::{Mounting, Profiler};
+use crate::observe::Mounting;
 use crate::procedures::rail::simulate::{RailScenario, RailScenarioError, RailSources, simulate};
-use crate::target::RailProfile;
 
 /// What one seed gave.
 #[derive(Clone, Debug)]

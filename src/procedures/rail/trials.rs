@@ -1,5 +1,6 @@
 //! A rail scenario's trials.
 
+use super::profile::RailProfile;
 use crate::adjust::Unit;
 use crate::calibrate::tried::{
     Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath, word,
@@ -10,7 +11,6 @@ use crate::procedures::rail::simulate::{RailScenario, RailScenarioError, RailSou
 use crate::procedures::rail::trial::{RailTrial, trial_with};
 use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
 use crate::results::SourceDescription;
-use crate::target::RailProfile;
 
 /// A rail scenario and how it is calibrated.
 #[derive(Clone, Debug, PartialEq)]

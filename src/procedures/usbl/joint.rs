@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use super::conditions::{Blocks, FixConditions, PER_FIX};
 use super::config::JointConfig;
 use super::judge::Case;
+use super::observed::{ControlPoint, Role};
 use super::scene::Scene;
 use super::start;
 use crate::adjust::{
@@ -14,7 +15,6 @@ use crate::adjust::{
 };
 use crate::calibrate::driver::{self, Model, Next, Pass, Schedule, Solved};
 use crate::calibrate::verdict::Doubted;
-use crate::observe::usbl::{ControlPoint, Role};
 use crate::watch::Unwatched;
 
 /// Names of the mounting's parameters, first in every covariance.

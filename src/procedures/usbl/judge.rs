@@ -19,6 +19,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::UsblInput;
 use super::conditions::{ANGLES, Blocks, PER_FIX, RANGES};
 use super::joint::{self, JointOutcome, sought};
+use super::observed::UsblCampaign;
 use super::scene::Scene;
 use crate::adjust::{
     AdjustError, Component, FitTest, ParameterSet, Problem, Quality, Row, ScoreColumns, Solution,
@@ -32,7 +33,6 @@ use crate::calibrate::verdict::{Alternative, Tried, VerdictConfig, accepted};
 use crate::geometry::rotation::{from_attitude, log, to_attitude};
 use crate::math;
 use crate::observe::Trajectory;
-use crate::observe::usbl::UsblCampaign;
 use crate::results::{Finding, Severity};
 use crate::stats::Moments;
 use crate::units::wrap_angle;

@@ -3,6 +3,8 @@
 //! | file | what |
 //! |---|---|
 //! | [`config`] | the sections of the survey file |
+//! | [`observed`] | what the instruments say |
+//! | [`formats`](mod@formats) | the files that only this procedure reads |
 //! | [`scene`] | a campaign with water and attitude ready |
 //! | [`reference`](mod@reference) | the patent's path |
 //! | [`conditions`] | the conditions of the joint path and their derivatives |
@@ -17,8 +19,10 @@
 
 pub mod conditions;
 pub mod config;
+pub mod formats;
 pub mod joint;
 pub mod judge;
+pub mod observed;
 pub mod procedure;
 pub mod reference;
 pub mod scene;
@@ -32,12 +36,12 @@ pub mod verify;
 
 pub use config::{JointConfig, ReferenceConfig};
 pub use joint::JointOutcome;
+pub use observed::UsblCampaign;
 pub use reference::{PrintedAngles, ReferenceError, ReferenceOutcome};
 pub use scene::{Scene, UsblError};
 pub use verdict::{Layout, Refusal};
 
 use crate::calibrate::choices::Method;
-use crate::observe::usbl::UsblCampaign;
 use crate::results::Finding;
 use verify::{BeaconResiduals, Calibrated, verify};
 

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::observed::Role;
 use super::simulate::{DEMO, Simulated as Survey, Truth, simulate};
 use super::survey::{LoadedUsbl, UsblScenarioFile, load, scenario, write_survey};
 use super::trials::UsblTrials;
@@ -15,7 +16,7 @@ use crate::calibrate::seam::{
     Simulated, Uses, looks_like, make_folder, provenance, read_truth,
 };
 use crate::calibrate::tried::Tried;
-use crate::observe::usbl::Role;
+use crate::formats::Format;
 use crate::results::InputFile;
 use crate::survey::schema::Key;
 
@@ -38,6 +39,10 @@ impl Procedure for Usbl {
 
     fn survey_keys(&self) -> &'static [Key] {
         super::survey::file::UsblFile::KEYS
+    }
+
+    fn formats(&self) -> &'static [Format] {
+        super::formats::FORMATS
     }
 
     fn uses(&self) -> Uses {

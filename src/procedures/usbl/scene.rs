@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
+use super::observed::{Role, UsblCampaign};
 use crate::georef::{Eigenray, Medium, RayError};
-use crate::observe::usbl::{Role, UsblCampaign};
 use crate::observe::{PoseSample, TrajectoryError};
 
 /// Input that no calibration can work with.

@@ -4,10 +4,10 @@
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::joint::{JointOutcome, SOUGHT};
+use super::observed::Role;
 use super::scene::Scene;
 use crate::geometry::rotation::skew;
 use crate::math;
-use crate::observe::usbl::Role;
 use crate::stats::ChiSquare;
 
 /// A fix is an outlier beyond this many standard deviations in any direction.

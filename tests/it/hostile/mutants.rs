@@ -10,7 +10,7 @@ use boresight::formats::registry::Format;
 use boresight::procedures;
 
 use super::{accepted, count, fixture, names, run, survey_folder};
-use crate::common::thin;
+use crate::common::{formats, thin};
 
 /// Numbers that are the same in every run.
 struct Numbers(u64);
@@ -212,7 +212,7 @@ fn mutants_of_every_format_are_read_or_refused_in_words() {
     let wanted = count("BORESIGHT_MUTANTS", 200);
     let folder = tempfile::tempdir().expect("folder");
     let built = |f: &&Format| cfg!(feature = "parquet") || !f.extensions.contains(&"parquet");
-    for format in procedures::formats().filter(built) {
+    for format in formats().into_iter().filter(built) {
         let path = folder
             .path()
             .join(format!("mutant.{}", format.extensions[0]));
@@ -238,7 +238,7 @@ fn mutants_of_every_format_are_read_or_refused_in_words() {
 fn other_formats_are_refused_in_words() {
     let folder = tempfile::tempdir().expect("folder");
     let built = |f: &&Format| cfg!(feature = "parquet") || !f.extensions.contains(&"parquet");
-    let all: Vec<_> = procedures::formats().filter(built).collect();
+    let all: Vec<_> = formats().into_iter().filter(built).collect();
     for format in &all {
         let path = folder
             .path()

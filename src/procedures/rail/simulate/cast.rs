@@ -105,9 +105,9 @@ impl Piece {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::profile::RailProfile;
     use super::*;
     use crate::math;
-    use crate::target::RailProfile;
 
     /// Every hit lies on the standard profile, and no other part of the rail lies before it.
     #[test]

@@ -15,13 +15,12 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use super::observed::{AttitudeNoise, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord};
+use super::profile::RailProfile;
 use crate::geometry::rotation;
 use crate::math;
-use crate::observe::{
-    AttitudeNoise, AttitudeRecord, ProfilePoints, Profiler, RailCampaign, Stand, TableRecord,
-};
+use crate::observe::AttitudeRecord;
 use crate::simulate::switches::Draws;
-use crate::target::RailProfile;
 use cast::Body;
 use scenario::{Angles, ProfilerSection};
 use sources::happens;

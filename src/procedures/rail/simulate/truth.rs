@@ -3,12 +3,13 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::super::observed::Profiler;
+use super::super::profile::RailProfile;
 use super::scenario::{Angles, RailScenario, Turn};
 use super::sources::RailSource;
 use crate::geometry::rotation;
-use crate::observe::{Mounting, Profiler};
+use crate::observe::Mounting;
 use crate::simulate::switches::Draws;
-use crate::target::RailProfile;
 
 /// The true state of everything.
 #[derive(Clone, Debug, PartialEq)]

@@ -13,6 +13,7 @@ pub use samples::{Outline, ProfileSample, RailSamples, ResidualSample, page, tru
 use std::collections::BTreeMap;
 
 use super::joint::RailJoint;
+use super::observed::Profiler;
 use super::reference::RailReference;
 use super::run::RailOutcome;
 use super::scene::RailScene;
@@ -119,7 +120,7 @@ fn counts(outcome: &RailOutcome) -> BTreeMap<String, SensorCounts> {
     let resting = per(&mut scene.points.iter().map(|p| p.row));
     let joint = outcome.joint.as_ref().and_then(|j| j.as_ref().ok());
     let used = per(&mut joint.iter().flat_map(|j| j.ties.iter().map(|t| t.row)));
-    let one = |(p, profiler): (usize, &crate::observe::Profiler)| {
+    let one = |(p, profiler): (usize, &Profiler)| {
         let mut rejected = BTreeMap::new();
         let mut reject = |why: &str, n: u64| {
             if n > 0 {

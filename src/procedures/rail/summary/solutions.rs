@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::super::joint::RailJoint;
 use super::super::model::SOUGHT;
+use super::super::observed::Profiler;
 use super::super::reference::{RailReference, ReferenceError, SweepStep};
 use super::super::run::RailOutcome;
 use super::super::scene::RailScene;
@@ -12,7 +13,7 @@ use super::details::{HausdorffStep, RailJointDetails, RailReferenceDetails, Rail
 use super::judgement::judged;
 use crate::adjust::{self, Unit};
 use crate::calibrate::solution::{Mounted, iterations, matrices, parameter, status};
-use crate::observe::{Mounting, Profiler};
+use crate::observe::Mounting;
 use crate::results::{Iteration, Parameter, Solution, Status};
 
 pub(super) fn unit(column: usize) -> Unit {

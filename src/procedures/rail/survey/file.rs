@@ -2,10 +2,10 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::super::observed::{AttitudeNoise, Profiler, Stand};
 use super::keys::{NAMES, PLACE, SIGMA_DEG, SIGMA_M, SIGMA_M_OR_NONE};
 use crate::calibrate::large::LargeConfig;
 use crate::calibrate::verdict::VerdictConfig;
-use crate::observe::{AttitudeNoise, Profiler, Stand};
 use crate::procedures::rail::{RailJointConfig, RailReferenceConfig};
 use crate::survey::limits::limits;
 use crate::survey::schema::Kind;

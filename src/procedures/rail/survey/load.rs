@@ -2,17 +2,18 @@
 
 use std::path::Path;
 
+use super::super::formats::{rail_csv, read_profiles, read_table};
+use super::super::observed::RailCampaign;
+use super::super::profile::{RailModel, RailProfile};
 use super::file::RailSurveyFile;
 use super::keys;
 use crate::formats::digest::Stamps;
-use crate::formats::{attitude_csv, read_attitude, read_rail_profiles, read_table};
-use crate::observe::RailCampaign;
+use crate::formats::read_attitude;
 use crate::results::InputFile;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::{digests, keep, missing_files, read_text, typed};
 use crate::survey::schema;
-use crate::target::{RailModel, RailProfile};
 
 /// A rail survey in memory.
 #[derive(Clone, Debug)]
@@ -48,11 +49,11 @@ pub fn load(path: &Path) -> Result<LoadedRail, SurveyError> {
         &mut problems,
         read_text(&model).and_then(|text| parse_model(&model, &text)),
     );
-    let points = read_rail_profiles(&profiles, file.profiler.len());
+    let points = read_profiles(&profiles, file.profiler.len());
     let points = keep(&mut problems, points.map_err(SurveyError::from));
     let record = keep(
         &mut problems,
-        read_attitude(&attitude, &attitude_csv::BEAM).map_err(SurveyError::from),
+        read_attitude(&attitude, &rail_csv::BEAM).map_err(SurveyError::from),
     );
     let positions = keep(&mut problems, read_table(&table).map_err(SurveyError::from));
     let (Some((_, rail)), Some(points), Some(attitude), Some(positions)) =

@@ -6,6 +6,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::super::profile::{BUILT_IN, built_in_model};
+use super::super::profile::{RailModel, RailProfile};
 use super::keys;
 use super::load::{parse_model, same_names};
 use crate::procedures::rail::simulate::RailScenario;
@@ -14,8 +16,6 @@ use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::{read_text, typed};
 use crate::survey::schema;
-use crate::target::rail::{BUILT_IN, built_in_model};
-use crate::target::{RailModel, RailProfile};
 
 /// A scenario, its rail, and what it says of the calibration.
 #[derive(Clone, Debug, PartialEq)]

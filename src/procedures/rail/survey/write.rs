@@ -4,10 +4,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::super::formats::rail_csv;
 use super::file::{AttitudeSection, ProfilerSection, ProfilesSection, RailSection, TableSection};
 use super::scenario::RailScenarioFile;
 use crate::formats::whole::write_whole;
-use crate::formats::{FormatError, attitude_csv, rail_csv};
+use crate::formats::{FormatError, attitude_csv};
 use crate::procedures::rail::simulate::SimulatedRail;
 use crate::procedures::rail::simulate::scenario::{Angles, RailScenario};
 use crate::survey::sections::MountingAngles;
@@ -29,11 +30,7 @@ pub fn write_rail(
 ) -> Result<(), FormatError> {
     let campaign = &survey.campaign;
     rail_csv::write_profiles(&folder.join(PROFILES), &campaign.points)?;
-    attitude_csv::write(
-        &folder.join(ATTITUDE),
-        &campaign.attitude,
-        &attitude_csv::BEAM,
-    )?;
+    attitude_csv::write(&folder.join(ATTITUDE), &campaign.attitude, &rail_csv::BEAM)?;
     rail_csv::write_table(&folder.join(TABLE), &campaign.table)?;
     write_toml(&folder.join(MODEL), &file.model)?;
     write_toml(&folder.join(SURVEY_FILE), &SurveyToml::new(file))?;

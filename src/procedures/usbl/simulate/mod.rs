@@ -11,11 +11,11 @@ pub use sources::{Source, Sources};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::rotation;
-use crate::math;
-use crate::observe::usbl::{
+use super::observed::{
     AttitudeNoise, Beacon, ControlPoint, DatumSigma, FixNoise, Fixes, Role, UsblCampaign,
 };
+use crate::geometry::rotation;
+use crate::math;
 use crate::observe::{SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::simulate::SimulateError;
 use crate::simulate::motion::{Oscillation, Wave};

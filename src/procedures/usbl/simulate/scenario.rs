@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::super::observed::AngleModel;
 use super::sources::Sources;
 use crate::geometry::Ellipsoid;
 use crate::math;
-use crate::observe::usbl::AngleModel;
 use crate::simulate::motion::Oscillation;
 use crate::simulate::scenario::{Angles, Origin, Turn};
 

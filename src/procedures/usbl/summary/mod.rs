@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, Matrix3};
 
 use super::conditions::{ANGLES, PER_FIX, RANGES};
 use super::joint::{JointOutcome, MOUNTING, SOUGHT, sought};
+use super::observed::Role;
 use super::reference::{PrintedAngles, ReferenceOutcome};
 use super::verdict::{Layout, rests_on_survey};
 use super::verify::BeaconResiduals;
@@ -25,7 +26,6 @@ use crate::calibrate::solution::{
     Mounted, compared, iterations, matrices, mounting_angles, parameter, rows,
 };
 use crate::geometry::rotation;
-use crate::observe::usbl::Role;
 use crate::results::{
     Calibration, Comparison, Parameter, Provenance, Quality, SCHEMA, SensorCounts, Solution,
     Solutions, Status,

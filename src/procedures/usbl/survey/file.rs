@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::super::observed::{AngleModel, AttitudeNoise, DatumSigma, FixNoise};
 use super::keys::{SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M};
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;
-use crate::observe::usbl::{AngleModel, AttitudeNoise, DatumSigma, FixNoise};
 use crate::procedures::usbl::{JointConfig, ReferenceConfig};
 use crate::survey::limits::{
     ABOVE, DURATION, ELLIPSOID, INVALID, OFFSET_S, OUTSIDE, SPEED, limits,

@@ -5,18 +5,19 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::super::formats::control_csv::{
+    ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
+};
+use super::super::formats::fixes_csv::{FixRecords, RangeKind};
+use super::super::formats::{read_control, read_fixes};
+use super::super::observed::{Beacon, ControlPoint, Fixes, Role, UsblCampaign};
 use super::file::UsblFile;
 use crate::formats::attitude_csv;
 use crate::formats::digest::Stamps;
-use crate::formats::usbl_control_csv::{
-    ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
-};
-use crate::formats::usbl_fixes_csv::{FixRecords, RangeKind};
 use crate::formats::week;
-use crate::formats::{read_attitude, read_control, read_fixes, read_sound_speed};
+use crate::formats::{read_attitude, read_sound_speed};
 use crate::geometry::ellipsoid::ecef_from_level;
 use crate::geometry::{Ellipsoid, Geodetic, Point, rotation};
-use crate::observe::usbl::{Beacon, ControlPoint, Fixes, Role, UsblCampaign};
 use crate::observe::{AttitudeRecord, SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::results::InputFile;
 use crate::survey::document::Document;

@@ -4,6 +4,11 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::super::formats::control_csv::{
+    self, ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
+};
+use super::super::formats::fixes_csv::{self, DirectionKind, FixRecords, RangeKind};
+use super::super::observed::{ControlPoint, Role};
 use super::file::{
     AttitudeSection, ControlSection, FixesSection, TransducerSection, UsblFile, UsblProcedure,
     WaterSection,
@@ -11,15 +16,10 @@ use super::file::{
 use super::scenario::{Calibration, UsblScenarioFile};
 use crate::formats::Invalid;
 use crate::formats::attitude_csv;
-use crate::formats::usbl_control_csv::{
-    self, ControlCoordinates, ControlRecords, ControlRole, ControlRow, SigmaAxes,
-};
-use crate::formats::usbl_fixes_csv::{self, DirectionKind, FixRecords, RangeKind};
 use crate::formats::whole::write_whole;
 use crate::formats::{FormatError, sound_speed_csv};
 use crate::geometry::ellipsoid::ecef_from_level;
 use crate::geometry::{Geodetic, Point};
-use crate::observe::usbl::{ControlPoint, Role};
 use crate::observe::{AttitudeRecord, SoundSpeed};
 use crate::procedures::usbl::simulate::scenario::{Coordinates, Recorded};
 use crate::procedures::usbl::simulate::{Scenario, Simulated};
@@ -43,8 +43,8 @@ pub fn write_survey(
     survey: &Simulated,
 ) -> Result<(), FormatError> {
     let scenario = &file.scenario;
-    usbl_control_csv::write(&folder.join(CONTROL_FILE), &control(scenario, survey))?;
-    usbl_fixes_csv::write(&folder.join(FIXES_FILE), &fixes(scenario, survey))?;
+    control_csv::write(&folder.join(CONTROL_FILE), &control(scenario, survey))?;
+    fixes_csv::write(&folder.join(FIXES_FILE), &fixes(scenario, survey))?;
     let times_s = survey.campaign.attitude.times_s().to_vec();
     let attitude = AttitudeRecord::from_angles(times_s, &survey.attitude_rad);
     let path = folder.join(ATTITUDE_FILE);

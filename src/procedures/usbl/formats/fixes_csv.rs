@@ -10,11 +10,11 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::error::{FormatError, open};
-use super::faults::Invalid;
-use super::rows::Rows;
-use super::table::{Limits, Table};
-use super::whole::write_whole;
+use crate::formats::error::{FormatError, open};
+use crate::formats::faults::Invalid;
+use crate::formats::rows::Rows;
+use crate::formats::table::{Limits, Table};
+use crate::formats::whole::write_whole;
 
 // LAYOUT
 

@@ -3,12 +3,11 @@
 //! Frames: the *level* frame is east, north, up at the surveyed transducer; the transducer's own frame u is x right, y forward,
 //! z up; the attitude sensor's body b likewise.
 
-use crate::math;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::sound_speed::SoundSpeed;
-use super::trajectory::Trajectory;
+use crate::math;
+use crate::observe::{SoundSpeed, Trajectory};
 
 /// A point that the total station surveyed.
 #[derive(Clone, Debug, PartialEq)]

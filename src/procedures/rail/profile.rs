@@ -10,9 +10,9 @@ use thiserror::Error;
 use crate::geometry::curve::{Element, Nearest, nearest};
 
 /// CHN60, as in `models/rails/chn60.toml`.
-pub const CHN60: &str = include_str!("../../models/rails/chn60.toml");
+pub const CHN60: &str = include_str!("../../../models/rails/chn60.toml");
 /// UIC 60 (60E1), as in `models/rails/uic60.toml`.
-pub const UIC60: &str = include_str!("../../models/rails/uic60.toml");
+pub const UIC60: &str = include_str!("../../../models/rails/uic60.toml");
 
 /// A rail model file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

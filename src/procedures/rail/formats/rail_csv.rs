@@ -1,17 +1,18 @@
 //! Tables of a rail calibration: profiles `time_s,profiler,y_m,z_m` (profilers counted from 1) and positions
-//! `from_s,to_s,heading_deg,pitch_deg`; its attitude record is an [`attitude_csv`](super::attitude_csv).
+//! `from_s,to_s,heading_deg,pitch_deg`; its attitude record is an [`attitude_csv`](crate::formats::attitude_csv).
 //!
-//! Profiles come as Parquet too, see [`super::read_rail_profiles`]; both are checked by the same lines.
+//! Profiles come as Parquet too, see [`super::read_profiles`]; both are checked by the same lines.
 
 use std::io::{Read, Write};
 use std::path::Path;
 
-use super::error::{FaultKind, FormatError, open};
-use super::rows::Rows;
-use super::table::{Limits, Table};
-use super::week;
-use super::whole::write_whole;
-use crate::observe::{ProfilePoints, TableRecord};
+use super::super::observed::{ProfilePoints, TableRecord};
+use crate::formats::attitude_csv::Layout;
+use crate::formats::error::{FaultKind, FormatError, open};
+use crate::formats::rows::Rows;
+use crate::formats::table::{Limits, Table};
+use crate::formats::week;
+use crate::formats::whole::write_whole;
 use crate::units::{degrees, radians};
 
 // LAYOUT
@@ -25,15 +26,21 @@ const COORDINATE: Limits = Limits {
     max: 10.0,
     expected: "metres from -10 to 10",
 };
-pub(super) const TILT: Limits = Limits {
+const TILT: Limits = Limits {
     min: -90.0,
     max: 90.0,
     expected: "degrees from -90 to 90",
 };
-pub(super) const TURN: Limits = Limits {
+const TURN: Limits = Limits {
     min: -360.0,
     max: 360.0,
     expected: "degrees from -360 to 360",
+};
+
+/// Attitude of the measuring beam's INS on its table.
+pub const BEAM: Layout = Layout {
+    limits: [TURN, TILT, TURN],
+    decimals: 7,
 };
 
 // READ

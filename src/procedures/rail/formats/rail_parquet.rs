@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::columns::Columns;
-use super::error::FormatError;
+use super::super::observed::ProfilePoints;
 use super::rail_csv::{PROFILES, profiles};
-use crate::observe::ProfilePoints;
+use crate::formats::columns::Columns;
+use crate::formats::error::FormatError;
 
 /// Reads a profiles Parquet file of so many profilers.
 ///

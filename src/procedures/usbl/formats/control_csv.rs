@@ -7,10 +7,10 @@
 use std::io::{Read, Write};
 use std::path::Path;
 
-use super::error::{FaultKind, FormatError, open, quoted};
-use super::rows::Rows;
-use super::table::{Limits, Table};
-use super::whole::write_whole;
+use crate::formats::error::{FaultKind, FormatError, Place, open, quoted};
+use crate::formats::rows::Rows;
+use crate::formats::table::{Limits, Table};
+use crate::formats::whole::write_whole;
 
 // LAYOUT
 
@@ -159,7 +159,7 @@ pub fn read_from(file: &Path, source: impl Read, size: u64) -> Result<ControlRec
         return Err(FormatError::new(
             FaultKind::BadValue,
             file,
-            super::error::Place::File,
+            Place::File,
             "no row with role transducer",
             "one row with role transducer: the surveyed centre of the transducer",
         ));
