@@ -50,9 +50,10 @@ pub mod watch;
 pub use calibrate::seam::{
     Checked, Finished, InputError, Loaded, Procedure, ScenarioRun, Settings, Simulated,
 };
-pub use doors::{calibrate, calibrate_arrays, calibrate_with, check, simulate};
+pub use doors::{calibrate, calibrate_with, check, simulate};
 /// The linear algebra of every matrix and vector in this library's signatures.
 pub use nalgebra;
+pub use procedures::calibrate_arrays;
 
 /// What a program that calibrates from arrays needs.
 pub mod prelude {

@@ -11,6 +11,7 @@ pub mod usbl;
 mod named;
 
 pub use named::{find, formats, is_survey, names, of_file, of_text, read, scenario, scenario_text};
+pub use pool::calibrate_arrays;
 
 use crate::calibrate::seam::Procedure;
 

@@ -19,8 +19,8 @@ mod tests {
 
     #[test]
     fn a_survey_names_its_procedure_and_no_truth() {
-        assert!(is_survey("procedure = \"pool\"\n[target]\n"));
-        assert!(!is_survey("procedure = \"usbl\"\nseed = 1\n"));
+        assert!(is_survey("procedure = \"x\"\n[target]\n"));
+        assert!(!is_survey("procedure = \"x\"\nseed = 1\n"));
         assert!(!is_survey("name = \"x\"\n"));
     }
 }

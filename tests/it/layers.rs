@@ -84,7 +84,7 @@ fn floor(module: &str) -> Option<u8> {
 }
 
 /// Source without line comments, strings left alone (none of them begins a path).
-fn without_comments(source: &str) -> String {
+pub(crate) fn without_comments(source: &str) -> String {
     let lines = source
         .lines()
         .map(|line| line.split("//").next().unwrap_or_default());

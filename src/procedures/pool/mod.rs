@@ -22,6 +22,7 @@
 //! | [`apply`] | all points of a survey under a calibration |
 //! | [`preview`] | what a survey will determine, before anything is solved |
 //! | [`budget`] | its error sources: trials, propagation, swath, plan |
+//! | `doors` | [`calibrate_arrays`] |
 //! | [`designed`] | what a pass would tell whose mounting and target are known |
 
 mod alternatives;
@@ -33,6 +34,7 @@ pub mod conditions;
 pub mod config;
 pub mod coverage;
 pub mod designed;
+mod doors;
 pub mod doubts;
 pub mod frame;
 pub mod influence;
@@ -54,6 +56,7 @@ pub mod verdict;
 
 pub use config::{JointConfig, SequentialConfig};
 pub use designed::DesignedPass;
+pub use doors::calibrate_arrays;
 pub use run::{
     Method, PoolError, PoolInput, PoolOutcome, calibrate, calibrate_with, calibrate_with_true_ties,
 };

@@ -7,7 +7,7 @@ use super::keys::{
     COORDINATE, LASER_TIMES, LEVER_ARM, RANGE_SIGMA_M, SIGMA_DEG, SIGMA_DEG_OR_NONE, SIGMA_M,
     SIGMA_M_OR_NONE,
 };
-use crate::calibrate::large::LargePoolConfig;
+use super::large::LargePoolConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::Invalid;
 use crate::geometry::Ellipsoid;

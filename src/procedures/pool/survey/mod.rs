@@ -8,6 +8,7 @@ mod export;
 pub mod file;
 pub(super) mod from_files;
 pub(crate) mod keys;
+pub mod large;
 pub mod load;
 mod observations;
 mod recorded;

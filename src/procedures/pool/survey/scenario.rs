@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::large::LargePoolConfig;
 use super::rules::another;
-use crate::calibrate::large::LargePoolConfig;
 use crate::calibrate::verdict::VerdictConfig;
 use crate::formats::FormatError;
 use crate::formats::error::read_text;
