@@ -31,6 +31,7 @@ mod template;
 use std::ffi::OsString;
 
 use clap::{CommandFactory, Parser};
+use clap_complete::Shell;
 
 use args::{Cli, Command};
 use error::CliError;
@@ -62,11 +63,27 @@ pub fn run_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         }
     };
     let talk = Talk::new(&cli.common);
-    let ended = interrupt::caught(talk.farewell())
-        .and_then(|()| threads(cli.common.threads))
-        .and_then(|()| dispatch(cli.command, &talk));
+    let ready = interrupt::caught(talk.farewell()).and_then(|()| threads(cli.common.threads));
+    let ended = ready.and_then(|()| match cli.command {
+        Command::Demo(args) => demo::run(&args, &talk),
+        Command::Calibrate(args) => calibrate::run(&args, &talk),
+        Command::Simulate(args) => simulate::run(&args, &talk),
+        Command::Check(args) => check::run(&args, &talk),
+        Command::Apply(args) => apply::run(&args, &talk),
+        Command::Compare(args) => compare::run(&args, &talk),
+        Command::Info(args) => info::run(&args, &talk),
+        Command::Budget(args) => budget::run(&args, &talk),
+        Command::Plan(args) => plan::run(&args, &talk),
+        Command::Template(args) => template::run(&args, &talk),
+        Command::Completions { shell } => completions(shell, &talk),
+    });
     interrupt::let_end();
     talk.finish();
+    exit_code(ended, &talk)
+}
+
+/// The exit code of a command that ended so; an error is said.
+fn exit_code(ended: Result<Ending, CliError>, talk: &Talk) -> u8 {
     match ended {
         Ok(Ending::Usable) => 0,
         Ok(Ending::Unusable) => 1,
@@ -78,25 +95,12 @@ pub fn run_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     }
 }
 
-fn dispatch(command: Command, talk: &Talk) -> Result<Ending, CliError> {
-    match command {
-        Command::Demo(args) => demo::run(&args, talk),
-        Command::Calibrate(args) => calibrate::run(&args, talk),
-        Command::Simulate(args) => simulate::run(&args, talk),
-        Command::Check(args) => check::run(&args, talk),
-        Command::Apply(args) => apply::run(&args, talk),
-        Command::Compare(args) => compare::run(&args, talk),
-        Command::Info(args) => info::run(&args, talk),
-        Command::Budget(args) => budget::run(&args, talk),
-        Command::Plan(args) => plan::run(&args, talk),
-        Command::Template(args) => template::run(&args, talk),
-        Command::Completions { shell } => {
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "boresight", &mut script);
-            talk.print(&String::from_utf8_lossy(&script))?;
-            Ok(Ending::Usable)
-        }
-    }
+/// Prints a shell's completion script.
+fn completions(shell: Shell, talk: &Talk) -> Result<Ending, CliError> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "boresight", &mut script);
+    talk.print(&String::from_utf8_lossy(&script))?;
+    Ok(Ending::Usable)
 }
 
 /// Sets the size of the thread pool.

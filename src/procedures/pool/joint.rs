@@ -14,15 +14,17 @@ pub(crate) use round::options;
 use nalgebra::Matrix6;
 
 use super::conditions::{FacePlane, MountingBlocks};
-use super::config::JointConfig;
+use super::config::{JointConfig, Planes};
 use super::coverage::Coverage;
+use super::doubts::Passes;
+use super::judge::Case;
 use super::planes::{self, GroupPlanes};
 use super::rows::Rows;
 use super::scene::Scene;
 use super::ties::TieSet;
 use crate::adjust::{
-    AdjustError, BlockId, ChainModel, Estimate, Observability, ParameterSet, Problem, Quality,
-    Snooped, Solution, Status, VarianceComponent,
+    AdjustError, BlockId, ChainModel, Elsewhere, Estimate, Limits, Observability, ParameterSet,
+    Problem, Quality, QualityOptions, Snooped, Solution, Status, VarianceComponent, shares,
 };
 use crate::calibrate::cloud::SensorModel;
 use crate::calibrate::driver::{self, Model, Next, Pass, Schedule};
@@ -31,6 +33,7 @@ use crate::geometry::plane::Plane;
 use crate::matching::Patches;
 use crate::observe::Mounting;
 use crate::watch::Watch;
+use outside::HandedOut;
 use round::{Frame, Ties};
 use unknowns::parameters;
 
@@ -46,6 +49,10 @@ const MOST_ROUNDS: usize = 12;
 const STABLE_SIGMAS: f64 = 0.01;
 /// Or when fewer than one tie in this many changed: the last adjustment runs with the changed ones.
 const STABLE_SHARE: usize = 500;
+/// Rounds of data snooping at the most.
+const MOST_SNOOPS: usize = 1;
+/// Conditions with the largest normalised residuals that are listed.
+const WORST: usize = 1000;
 
 /// One outer iteration, for the report.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -253,7 +260,7 @@ pub fn run(
         progress,
     };
     let solved = driver::run(&mut path, progress)?;
-    path.frame.ended(solved, path.rounds)
+    path.ended(solved)
 }
 
 /// The joint path as the driver runs it.
@@ -285,7 +292,16 @@ impl Model for Path<'_> {
     }
 
     fn schedule(&self) -> Schedule {
-        self.frame.schedule()
+        Schedule {
+            passing: round::passing(self.frame.config),
+            last: options(self.frame.config),
+            quality: QualityOptions {
+                worst: WORST,
+                ..QualityOptions::default()
+            },
+            most_snoops: MOST_SNOOPS,
+            limits: Limits::default(),
+        }
     }
 
     fn with_problem<T>(
@@ -294,7 +310,18 @@ impl Model for Path<'_> {
         from: &ParameterSet,
         then: impl FnOnce(&Problem) -> T,
     ) -> T {
-        self.frame.with_problem(ties, from, then)
+        let frame = &self.frame;
+        let passes = Passes::of(frame.scene, &ties.soundings);
+        let conditions = frame.conditions(ties, from, &passes);
+        let here = frame.problem(&conditions);
+        let outside = frame.workers.zip(here.chain).map(|(workers, _)| {
+            let kept = (frame.identity(), from.values());
+            HandedOut::new(workers, (ties, &passes), kept, shares(&here))
+        });
+        then(&Problem {
+            elsewhere: outside.as_ref().map(|out| out as &dyn Elsewhere),
+            ..here
+        })
     }
 
     fn judge(
@@ -303,7 +330,23 @@ impl Model for Path<'_> {
         problem: &Problem,
         found: &Snooped,
     ) -> Result<Doubted, AdjustError> {
-        self.frame.judge(ties, problem, found)
+        let frame = &self.frame;
+        if frame.config.planes == Planes::Fixed {
+            return Ok(Doubted::default());
+        }
+        let passes = Passes::of(frame.scene, &ties.soundings);
+        let at = &found.solution.estimate.parameters;
+        let (soundings, returns) = frame.conditions(ties, at, &passes);
+        let case = Case {
+            scene: frame.scene,
+            blocks: frame.blocks,
+            solution: &found.solution,
+            quality: &found.quality,
+            conditions: (&soundings, &returns),
+            passes: &passes,
+            config: &frame.config.verdict,
+        };
+        case.heard(problem)
     }
 
     fn thinned(&self, round: usize, ties: &Ties) -> Option<Ties> {

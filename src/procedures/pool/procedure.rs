@@ -11,7 +11,7 @@ use super::preview::preview;
 use super::summary::{self, Dropped};
 use super::survey::claims::claims;
 use super::survey::{LoadedSurvey, ScenarioFile, load, scenario, write_survey};
-use super::{PoolError, PoolInput, calibrate};
+use super::{PoolError, PoolInput, calibrate_with};
 use crate::calibrate::cloud::{Calibrated, Cloud};
 use crate::calibrate::planning::{PlanAsk, Planner};
 use crate::calibrate::seam::{
@@ -118,7 +118,7 @@ impl Loaded for LoadedSurvey {
             ..input(self, settings)
         };
         let truth: Option<Truth> = truth.map(read_truth).transpose()?;
-        let outcome = calibrate(&input, progress).map_err(|error| match error {
+        let outcome = calibrate_with(&input, &[], progress).map_err(|error| match error {
             PoolError::Stopped(stopped) => stopped.into(),
             other => InputError::unworkable(other),
         })?;

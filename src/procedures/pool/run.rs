@@ -230,18 +230,52 @@ fn calibrate_scene<'a>(
     further: &[SequentialConfig],
     progress: &dyn Watch,
 ) -> Result<PoolOutcome<'a>, PoolError> {
+    let (mut outcome, seen) = seen(input, scene, progress)?;
+    let Some((laser, sounded, rough)) = seen else {
+        return Ok(outcome);
+    };
+    if input.method != Method::Joint {
+        progress.begin("reference path: angles, then offsets")?;
+        let tied = Tied::new(&outcome.scene, &sounded.ties);
+        let first = run_sequential(&outcome, &tied, input.sequential);
+        let again = further.iter().map(|c| run_sequential(&outcome, &tied, c));
+        (outcome.further, outcome.sequential) = (again.collect(), Some(first));
+    }
+    if input.method != Method::Reference {
+        let start = JointStart {
+            mounting: rough.mounting,
+            planes: &outcome.planes,
+            returns: &outcome.returns,
+            candidates: &sounded.candidates,
+            soundings: &sounded.ties,
+        };
+        let sonar = sounded.sonar;
+        let (scene, mut surfaces) = (&outcome.scene, Surfaces { laser, sonar });
+        progress.begin("joint path: angles, lever arm, planes and drift together")?;
+        let rigorous = joint::run(scene, &start, &mut surfaces, input.joint, progress);
+        let simple = || simple_joint(input, scene, &start, &mut surfaces, progress);
+        (outcome.joint, outcome.simple, outcome.refusal) = jointly(rigorous, simple)?;
+    }
+    let refusal = outcome.refusal.take();
+    outcome.refusal = refusal.or_else(|| Refusal::of_solution(&outcome, input));
+    Ok(outcome)
+}
+
+/// The faces above the water, what the soundings say, and the rough registration.
+type Seen = (Patches, Sounded, RoughMounting);
+
+/// What both sensors say of the target; nothing, with the refusal in the outcome, where no path can begin.
+fn seen<'a>(
+    input: &PoolInput<'a>,
+    scene: Scene<'a>,
+    progress: &dyn Watch,
+) -> Result<(PoolOutcome<'a>, Option<Seen>), PoolError> {
     progress.begin("extracting the scanner's planes")?;
-    let Scanned {
-        laser,
-        wide,
-        planes,
-        fitted,
-        returns,
-    } = Scanned::by(&scene, input);
+    let scanned = Scanned::by(&scene, input);
     let mut outcome = PoolOutcome {
         scene,
-        planes,
-        returns,
+        planes: scanned.planes,
+        returns: scanned.returns,
         rough: None,
         sequential: None,
         further: vec![],
@@ -249,62 +283,22 @@ fn calibrate_scene<'a>(
         simple: None,
         refusal: None,
     };
-    outcome.refusal = Refusal::of_scanner(&outcome.scene, &outcome.planes, &wide);
+    outcome.refusal = Refusal::of_scanner(&outcome.scene, &outcome.planes, &scanned.wide);
     if outcome.refusal.is_some() {
-        return Ok(outcome);
+        return Ok((outcome, None));
     }
     progress.begin("finding the target in the soundings")?;
     let rough = outcome.scene.rough_mounting();
     outcome.rough = Some(rough);
-    let refusal = Refusal::of_soundings(&rough).or_else(|| {
+    outcome.refusal = Refusal::of_soundings(&rough).or_else(|| {
         let heights_m = outcome.scene.sounding_heights_m(&rough.mounting);
         Refusal::of_water(&outcome.scene, "soundings", &heights_m, 1.0)
     });
-    if refusal.is_some() {
-        outcome.refusal = refusal;
-        return Ok(outcome);
+    if outcome.refusal.is_some() {
+        return Ok((outcome, None));
     }
-    let sounded = Sounded::by(&outcome.scene, input, &rough.mounting, &fitted);
-    paths(input, &mut outcome, (laser, sounded), further, progress)?;
-    let refusal = outcome.refusal.take();
-    outcome.refusal = refusal.or_else(|| Refusal::of_solution(&outcome, input));
-    Ok(outcome)
-}
-
-/// The paths that are asked for, on the same ties.
-fn paths(
-    input: &PoolInput,
-    outcome: &mut PoolOutcome,
-    (laser, sounded): (Patches, Sounded),
-    further: &[SequentialConfig],
-    progress: &dyn Watch,
-) -> Result<(), PoolError> {
-    let Sounded {
-        sonar,
-        candidates,
-        ties,
-    } = sounded;
-    if input.method != Method::Joint {
-        progress.begin("reference path: angles, then offsets")?;
-        let tied = Tied::new(&outcome.scene, &ties);
-        let first = run_sequential(outcome, &tied, input.sequential);
-        let again = further.iter().map(|c| run_sequential(outcome, &tied, c));
-        (outcome.further, outcome.sequential) = (again.collect(), Some(first));
-    }
-    let Some(rough) = outcome.rough.filter(|_| input.method != Method::Reference) else {
-        return Ok(());
-    };
-    let start = JointStart {
-        mounting: rough.mounting,
-        planes: &outcome.planes,
-        returns: &outcome.returns,
-        candidates: &candidates,
-        soundings: &ties,
-    };
-    let mut surfaces = Surfaces { laser, sonar };
-    let found = run_joint(input, &outcome.scene, &start, &mut surfaces, progress)?;
-    (outcome.joint, outcome.simple, outcome.refusal) = found;
-    Ok(())
+    let sounded = Sounded::by(&outcome.scene, input, &rough.mounting, &scanned.fitted);
+    Ok((outcome, Some((scanned.laser, sounded, rough))))
 }
 
 /// Where a survey ended without a usable result, the discrete mistake that would explain it takes the place of the reason.
@@ -326,27 +320,33 @@ fn explained<'a>(
 /// The rigorous joint path, the simple one, and why there is no rigorous one.
 type Jointly = (Option<JointOutcome>, Option<JointOutcome>, Option<Refusal>);
 
-/// The rigorous joint path, the simple one where it was asked for, and why there is no rigorous one.
-fn run_joint(
+/// How the rigorous joint path ended; after a result comes the simple one, where it was asked for.
+fn jointly(
+    rigorous: Result<JointOutcome, AdjustError>,
+    simple: impl FnOnce() -> Result<Option<JointOutcome>, Stopped>,
+) -> Result<Jointly, PoolError> {
+    match rigorous {
+        Ok(found) => Ok((Some(found), simple()?, None)),
+        Err(AdjustError::Stopped(stopped)) => Err(stopped.into()),
+        Err(
+            torn @ (AdjustError::MissingBlock { .. }
+            | AdjustError::SurplusBlock { .. }
+            | AdjustError::Torn(_)),
+        ) => Err(PoolError::Outside(torn)),
+        Err(error) => Ok((None, None, Some(Refusal::failed(&error)))),
+    }
+}
+
+/// The simple joint model, where it was asked for.
+fn simple_joint(
     input: &PoolInput,
     scene: &Scene,
     start: &JointStart,
     surfaces: &mut Surfaces,
     progress: &dyn Watch,
-) -> Result<Jointly, PoolError> {
-    progress.begin("joint path: angles, lever arm, planes and drift together")?;
-    let rigorous = match joint::run(scene, start, surfaces, input.joint, progress) {
-        Ok(found) => found,
-        Err(AdjustError::Stopped(stopped)) => return Err(stopped.into()),
-        Err(
-            torn @ (AdjustError::MissingBlock { .. }
-            | AdjustError::SurplusBlock { .. }
-            | AdjustError::Torn(_)),
-        ) => return Err(PoolError::Outside(torn)),
-        Err(error) => return Ok((None, None, Some(Refusal::failed(&error)))),
-    };
+) -> Result<Option<JointOutcome>, Stopped> {
     if !input.joint.simple {
-        return Ok((Some(rigorous), None, None));
+        return Ok(None);
     }
     progress.begin("simple joint model: planes fixed, drift off")?;
     let simple = JointConfig {
@@ -359,7 +359,7 @@ fn run_joint(
         simple.doubted = Doubted::default();
     }
     progress.go_on()?;
-    Ok((Some(rigorous), simple.ok(), None))
+    Ok(simple.ok())
 }
 
 /// A tied sounding as the reference path uses it again in every pass.

@@ -214,10 +214,9 @@ impl BlockWorker<'_> {
             returns: unpack_ties(&mut from, campaign.laser.len(), faces)?,
         };
         from.end()?;
-        let (worker, start) = (&mut self.worker, self.start);
-        let answered = self.frame.with_problem_of((&ties, &passes), &x, |problem| {
-            worker.answer(problem, start, question)
-        });
+        let conditions = self.frame.conditions(&ties, &x, &passes);
+        let problem = self.frame.problem(&conditions);
+        let answered = self.worker.answer(&problem, self.start, question);
         match campaign.soundings.fault() {
             Some(fault) => Err(PoolError::from(fault.clone()).into()),
             None => Ok(answered?),

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, Matrix6};
 
 use super::super::config::JointConfig;
+use super::super::doubts::Passes;
 use super::super::scene::Scene;
 use super::round::{Frame, options, six_covariance};
 use super::unknowns::parameters;
@@ -85,6 +86,8 @@ fn linearised<T>(
         ..options(config)
     };
     let at: ParameterSet = estimate.parameters.clone();
-    let solution = frame.with_problem(&ties, &at, |problem| solve(problem, estimate, &once))?;
+    let passes = Passes::of(scene, &ties.soundings);
+    let conditions = frame.conditions(&ties, &at, &passes);
+    let solution = solve(&frame.problem(&conditions), estimate, &once)?;
     then(&frame, solution, ties.soundings.len())
 }

@@ -6,22 +6,21 @@ use super::super::conditions::{ReturnConditions, SoundingConditions, TrajectoryE
 use super::super::config::{Drift, JointConfig, Planes};
 use super::super::coverage::Coverage;
 use super::super::doubts::Passes;
-use super::super::judge::{Case, Cells};
+use super::super::judge::Cells;
 use super::super::scene::Scene;
 use super::super::ties::{
     Among, Association, Corrected, PlacedBy, Reason, TieSet, TrajectoryVariance, tie_returns,
     tie_soundings,
 };
-use super::outside::HandedOut;
 use super::{
-    Blocks, Components, Epochs, JointOutcome, JointStart, Judgement, RETURNS, Round, SOUNDINGS,
-    Surfaces,
+    Blocks, Components, Epochs, JointOutcome, JointStart, Judgement, Path, RETURNS, Round,
+    SOUNDINGS, Surfaces,
 };
 use crate::adjust::{
-    AdjustError, Bits, Elsewhere, Estimate, Kernel, Limits, Options, ParameterSet, Problem,
-    QualityOptions, Snooped, Solution, Source, shares, variance_components,
+    AdjustError, Bits, Estimate, Kernel, Options, ParameterSet, Problem, Solution, Source,
+    variance_components,
 };
-use crate::calibrate::driver::{Schedule, Solved};
+use crate::calibrate::driver::{Model, Solved};
 use crate::calibrate::verdict::Doubted;
 use crate::matching::Patches;
 use crate::observe::Mounting;
@@ -32,14 +31,8 @@ const FIRST_ROUND_TIES: usize = 8_000;
 /// The last adjustment has converged when nothing moves by more than this in its own sigma.
 const LAST_STEP_SIGMAS: f64 = 0.01;
 
-/// Rounds of data snooping at the most.
-const MOST_SNOOPS: usize = 1;
-
 /// Rounds of variance components at the most.
 const MOST_COMPONENT_ROUNDS: usize = 20;
-
-/// Conditions with the largest normalised residuals that are listed.
-const WORST: usize = 1000;
 
 /// What stays the same over the rounds of one joint path.
 pub(super) struct Frame<'a> {
@@ -77,116 +70,12 @@ impl Frame<'_> {
         }
     }
 
-    /// How the adjustments are run.
-    pub(super) fn schedule(&self) -> Schedule {
-        Schedule {
-            passing: passing(self.config),
-            last: options(self.config),
-            quality: QualityOptions {
-                worst: WORST,
-                ..QualityOptions::default()
-            },
-            most_snoops: MOST_SNOOPS,
-            limits: Limits::default(),
-        }
-    }
-
     /// Largest step of the mounting that an adjustment made, in the sigma of each parameter.
     pub(super) fn step_in_sigmas(&self, solution: &Solution, before: &ParameterSet) -> f64 {
         let mounting = &self.blocks.mounting;
         let covariance = six_covariance(solution, self.blocks);
         let now = mounting.at(&solution.estimate.parameters);
         step_in_sigmas(&now, &mounting.at(before), &covariance)
-    }
-
-    /// The driver's end in the words of the pool: observations that data snooping switched off are taken out.
-    pub(super) fn ended(
-        &self,
-        solved: Solved<Ties>,
-        rounds: Vec<Round>,
-    ) -> Result<JointOutcome, AdjustError> {
-        let Solved {
-            solution,
-            mut ties,
-            stable,
-            judged,
-        } = solved;
-        let Some(judged) = judged else {
-            return Ok(self.outcome(solution, ties, rounds, false, None));
-        };
-        let row = |set: usize, k: usize| {
-            let (group, ties) = match set {
-                0 => (SOUNDINGS, &ties.soundings),
-                _ => (RETURNS, &ties.returns),
-            };
-            (group, ties.get(k).map_or(0, |tie| tie.row))
-        };
-        let worst = judged.quality.worst.iter();
-        let mounting = self.blocks.mounting.at(&solution.estimate.parameters);
-        let mut judgement = Judgement {
-            components: None,
-            worst_rows: worst.map(|w| row(w.set, w.condition)).collect(),
-            observability: judged.observability,
-            snooped: judged.removed,
-            coverage: Coverage::of(self.scene, &ties.soundings, &mounting),
-            quality: judged.quality,
-        };
-        drop_snooped(&mut ties.soundings, judged.ignored.first());
-        drop_snooped(&mut ties.returns, judged.ignored.get(1));
-        judgement.components = self.components(&ties, &solution.estimate)?;
-        let outcome = self.outcome(solution, ties, rounds, stable, Some(judgement));
-        Ok(JointOutcome {
-            doubted: judged.doubted,
-            ..outcome
-        })
-    }
-
-    /// What speaks against a solution.
-    pub(super) fn judge(
-        &self,
-        ties: &Ties,
-        problem: &Problem,
-        found: &Snooped,
-    ) -> Result<Doubted, AdjustError> {
-        if self.config.planes == Planes::Fixed {
-            return Ok(Doubted::default());
-        }
-        let passes = Passes::of(self.scene, &ties.soundings);
-        let at = &found.solution.estimate.parameters;
-        let (soundings, returns) = self.conditions(ties, at, &passes);
-        let case = Case {
-            scene: self.scene,
-            blocks: self.blocks,
-            solution: &found.solution,
-            quality: &found.quality,
-            conditions: (&soundings, &returns),
-            passes: &passes,
-            config: &self.config.verdict,
-        };
-        case.heard(problem)
-    }
-
-    /// Iterated variance components of the ties that data snooping left, by plain least squares: a kernel shortens the tails and
-    /// with them the components.
-    fn components(
-        &self,
-        ties: &Ties,
-        estimate: &Estimate,
-    ) -> Result<Option<Components>, AdjustError> {
-        if !self.config.variance_components {
-            return Ok(None);
-        }
-        let plain = Options {
-            kernel: Kernel::LeastSquares,
-            ..passing(self.config)
-        };
-        let found = self.with_problem(ties, &estimate.parameters, |problem| {
-            variance_components(problem, estimate.clone(), &plain, MOST_COMPONENT_ROUNDS)
-        })?;
-        Ok(Some(Components {
-            groups: found.components,
-            converged: found.converged,
-        }))
     }
 
     /// Whether the trajectory's errors are states of a chain.
@@ -203,7 +92,7 @@ impl Frame<'_> {
     }
 
     /// The conditions of these ties, linearised from these parameters.
-    fn conditions<'a>(
+    pub(super) fn conditions<'a>(
         &'a self,
         ties: &'a Ties,
         parameters: &ParameterSet,
@@ -240,43 +129,21 @@ impl Frame<'_> {
         (soundings, returns)
     }
 
-    /// Builds the problem of these ties and hands it to `then`.
-    pub(super) fn with_problem<T>(
-        &self,
-        ties: &Ties,
-        parameters: &ParameterSet,
-        then: impl FnOnce(&Problem) -> T,
-    ) -> T {
-        let passes = Passes::of(self.scene, &ties.soundings);
-        self.with_problem_of((ties, &passes), parameters, |problem| {
-            let outside = self.workers.zip(problem.chain).map(|(workers, _)| {
-                let kept = (self.identity(), parameters.values());
-                HandedOut::new(workers, (ties, &passes), kept, shares(problem))
-            });
-            let mut problem = problem.clone();
-            problem.elsewhere = outside.as_ref().map(|out| out as &dyn Elsewhere);
-            then(&problem)
-        })
-    }
-
-    /// The same of the passes that the cells count, worked on by this process.
-    pub(super) fn with_problem_of<T>(
-        &self,
-        (ties, passes): (&Ties, &Passes),
-        parameters: &ParameterSet,
-        then: impl FnOnce(&Problem) -> T,
-    ) -> T {
-        let (soundings, returns) = self.conditions(ties, parameters, passes);
-        let mut sources = vec![Source::new(&soundings)];
+    /// Their problem, worked on by this process.
+    pub(super) fn problem<'p>(
+        &'p self,
+        (soundings, returns): &'p (SoundingConditions<'p>, ReturnConditions<'p>),
+    ) -> Problem<'p> {
+        let mut sources = vec![Source::new(soundings)];
         if self.config.planes == Planes::Adjusted {
-            sources.push(Source::new(&returns));
+            sources.push(Source::new(returns));
         }
         let mut problem = match &self.epochs.chain {
             Some(chain) if self.has_states() => Problem::with_chain(sources, chain),
             _ => Problem::dense(sources),
         };
         problem.large = self.config.large.clone();
-        then(&problem)
+        problem
     }
 }
 
@@ -347,6 +214,71 @@ impl Frame<'_> {
             self.blocks.faces[t.face as usize].is_some()
         });
         set
+    }
+}
+
+impl Path<'_> {
+    /// The driver's end in the words of the pool: observations that data snooping switched off are taken out.
+    pub(super) fn ended(self, solved: Solved<Ties>) -> Result<JointOutcome, AdjustError> {
+        let Solved {
+            solution,
+            mut ties,
+            stable,
+            judged,
+        } = solved;
+        let Some(judged) = judged else {
+            return Ok(self.frame.outcome(solution, ties, self.rounds, false, None));
+        };
+        let row = |set: usize, k: usize| {
+            let (group, ties) = match set {
+                0 => (SOUNDINGS, &ties.soundings),
+                _ => (RETURNS, &ties.returns),
+            };
+            (group, ties.get(k).map_or(0, |tie| tie.row))
+        };
+        let worst = judged.quality.worst.iter();
+        let mounting = self.frame.blocks.mounting.at(&solution.estimate.parameters);
+        let mut judgement = Judgement {
+            components: None,
+            worst_rows: worst.map(|w| row(w.set, w.condition)).collect(),
+            observability: judged.observability,
+            snooped: judged.removed,
+            coverage: Coverage::of(self.frame.scene, &ties.soundings, &mounting),
+            quality: judged.quality,
+        };
+        drop_snooped(&mut ties.soundings, judged.ignored.first());
+        drop_snooped(&mut ties.returns, judged.ignored.get(1));
+        judgement.components = self.components(&ties, &solution.estimate)?;
+        let outcome = self
+            .frame
+            .outcome(solution, ties, self.rounds, stable, Some(judgement));
+        Ok(JointOutcome {
+            doubted: judged.doubted,
+            ..outcome
+        })
+    }
+
+    /// Iterated variance components of the ties that data snooping left, by plain least squares: a kernel shortens the tails and
+    /// with them the components.
+    fn components(
+        &self,
+        ties: &Ties,
+        estimate: &Estimate,
+    ) -> Result<Option<Components>, AdjustError> {
+        if !self.frame.config.variance_components {
+            return Ok(None);
+        }
+        let plain = Options {
+            kernel: Kernel::LeastSquares,
+            ..passing(self.frame.config)
+        };
+        let found = self.with_problem(ties, &estimate.parameters, |problem| {
+            variance_components(problem, estimate.clone(), &plain, MOST_COMPONENT_ROUNDS)
+        })?;
+        Ok(Some(Components {
+            groups: found.components,
+            converged: found.converged,
+        }))
     }
 }
 
