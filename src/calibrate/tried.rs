@@ -68,6 +68,17 @@ pub struct Said {
     pub variance_factor: Option<f64>,
 }
 
+/// Whether a scenario with these faults can be simulated, in the words of [`Tried::check`].
+///
+/// # Errors
+/// All of them.
+pub fn faultless(faults: &[String]) -> Result<(), String> {
+    if faults.is_empty() {
+        return Ok(());
+    }
+    Err(format!("scenario: {}", faults.join("; ")))
+}
+
 /// Why a path gave nothing usable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reason {

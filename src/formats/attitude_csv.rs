@@ -6,6 +6,7 @@ use std::path::Path;
 use super::error::{FormatError, open};
 use super::rows::Rows;
 use super::table::{Limits, Table};
+use super::trajectory_csv::{HEADING, PITCH, ROLL};
 use super::whole::write_whole;
 use crate::observe::AttitudeRecord;
 use crate::units::{degrees, radians};
@@ -25,23 +26,7 @@ pub struct Layout {
 
 /// Of a vessel's attitude sensor.
 pub const VESSEL: Layout = Layout {
-    limits: [
-        Limits {
-            min: -180.0,
-            max: 180.0,
-            expected: "an angle from -180 to 180 deg",
-        },
-        Limits {
-            min: -90.0,
-            max: 90.0,
-            expected: "an angle from -90 to 90 deg",
-        },
-        Limits {
-            min: -360.0,
-            max: 360.0,
-            expected: "a heading from -360 to 360 deg",
-        },
-    ],
+    limits: [ROLL, PITCH, HEADING],
     decimals: 8,
 };
 

@@ -174,7 +174,8 @@ pub const FORMATS: &[Format] = &[
 ];
 
 /// The extension in small letters, empty if there is none.
-pub(super) fn extension(path: &Path) -> String {
+#[must_use]
+pub fn extension(path: &Path) -> String {
     path.extension()
         .map(|e| e.to_string_lossy().to_lowercase())
         .unwrap_or_default()

@@ -25,32 +25,38 @@ const REQUIRED: [&str; 7] = [
     "heading_deg",
 ];
 const OPTIONAL: [&str; 3] = ["velocity_east_m_s", "velocity_north_m_s", "velocity_up_m_s"];
-const LATITUDE: Limits = Limits {
+/// Latitudes that are possible.
+pub const LATITUDE: Limits = Limits {
     min: -90.0,
     max: 90.0,
     expected: "a latitude from -90 to 90 deg",
 };
-const LONGITUDE: Limits = Limits {
+/// Longitudes that are possible.
+pub const LONGITUDE: Limits = Limits {
     min: -360.0,
     max: 360.0,
     expected: "a longitude from -360 to 360 deg",
 };
-const HEIGHT: Limits = Limits {
+/// Heights above the ellipsoid that are possible.
+pub const HEIGHT: Limits = Limits {
     min: -12_000.0,
     max: 100_000.0,
     expected: "an ellipsoidal height from -12000 to 100000 m",
 };
-const ROLL: Limits = Limits {
+/// Rolls that are possible.
+pub const ROLL: Limits = Limits {
     min: -180.0,
     max: 180.0,
     expected: "an angle from -180 to 180 deg",
 };
-const PITCH: Limits = Limits {
+/// Pitches that are possible.
+pub const PITCH: Limits = Limits {
     min: -90.0,
     max: 90.0,
     expected: "an angle from -90 to 90 deg",
 };
-const HEADING: Limits = Limits {
+/// Headings that are possible.
+pub const HEADING: Limits = Limits {
     min: -360.0,
     max: 360.0,
     expected: "a heading from -360 to 360 deg",

@@ -405,24 +405,15 @@ fn link_neighbours(patches: &mut [Patch], samples: &[[f64; 3]], owner: &[u16]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::target::{TargetModel, WallModel};
-
-    fn wall() -> Target {
-        Target::from_model(&TargetModel::PoolWall(WallModel {
-            wall_length_m: 8.0,
-            wall_height_m: 6.0,
-            block_leg_m: 1.5,
-            block_height_m: 0.6,
-            first_block_minus_y_m: -2.7,
-            first_block_plus_y_m: -2.1,
-            coplanarity_sigma_m: 0.0,
-            height_sigma_m: 0.0,
-        }))
-        .expect("a wall")
-    }
+    use crate::target::WallModel;
 
     fn below() -> Patches {
-        Patches::new(&wall(), Water::Below, 0.0, &[Vector3::new(-5.0, 0.0, -0.8)])
+        Patches::new(
+            &WallModel::of_tests(),
+            Water::Below,
+            0.0,
+            &[Vector3::new(-5.0, 0.0, -0.8)],
+        )
     }
 
     const GATE: Gate = Gate {
@@ -444,7 +435,7 @@ mod tests {
 
     #[test]
     fn points_are_tied_dropped_and_doubted_as_they_should() {
-        let (target, patches) = (wall(), below());
+        let (target, patches) = (WallModel::of_tests(), below());
         let name = |v: Verdict| match v {
             Verdict::Tie(f) => target.faces[f as usize].name.clone(),
             other => format!("{other:?}"),
@@ -498,7 +489,7 @@ mod tests {
     #[test]
     fn a_moved_plane_moves_its_ties() {
         let mut patches = below();
-        let wall = wall()
+        let wall = WallModel::of_tests()
             .faces
             .iter()
             .position(|f| f.name == "wall")

@@ -205,7 +205,7 @@ fn geman_mcclure(x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::matching::Water;
-    use crate::target::{Target, TargetModel, WallModel};
+    use crate::target::{Target, WallModel};
 
     struct Shifted(Vec<Vector3<f64>>);
 
@@ -225,17 +225,7 @@ mod tests {
     }
 
     fn scene() -> (Target, Patches) {
-        let model = WallModel {
-            wall_length_m: 8.0,
-            wall_height_m: 6.0,
-            block_leg_m: 1.5,
-            block_height_m: 0.6,
-            first_block_minus_y_m: -2.7,
-            first_block_plus_y_m: -2.1,
-            coplanarity_sigma_m: 0.0,
-            height_sigma_m: 0.0,
-        };
-        let target = Target::from_model(&TargetModel::PoolWall(model)).expect("a wall");
+        let target = WallModel::of_tests();
         let origin = Vector3::new(-6.0, 0.0, -1.4);
         let patches = Patches::new(&target, Water::Below, 0.0, &[origin]);
         (target, patches)

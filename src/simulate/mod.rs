@@ -19,7 +19,7 @@ mod ins;
 mod laser;
 pub mod motion;
 pub mod reality;
-mod refraction;
+pub(crate) mod refraction;
 pub mod scenario;
 pub mod scene;
 mod sectors;

@@ -86,7 +86,7 @@ pub(super) fn largest_bend_m(water: &SoundSpeedProfile, range_m: f64, deepest_m:
 }
 
 /// Speed (metres per second) and its change per metre of depth; constant above the first and below the last sample.
-fn speed_and_gradient(water: &SoundSpeedProfile, depth_m: f64) -> (f64, f64) {
+pub(crate) fn speed_and_gradient(water: &SoundSpeedProfile, depth_m: f64) -> (f64, f64) {
     let below = water.depth_m.partition_point(|&d| d <= depth_m);
     let last = water.depth_m.len() - 1;
     if below == 0 {

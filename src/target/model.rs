@@ -46,6 +46,24 @@ pub struct WallModel {
     pub height_sigma_m: f64,
 }
 
+#[cfg(test)]
+impl WallModel {
+    /// The wall that tests look at, built.
+    pub(crate) fn of_tests() -> Target {
+        let wall = Self {
+            wall_length_m: 8.0,
+            wall_height_m: 6.0,
+            block_leg_m: 1.5,
+            block_height_m: 0.6,
+            first_block_minus_y_m: -2.7,
+            first_block_plus_y_m: -2.1,
+            coplanarity_sigma_m: 0.0,
+            height_sigma_m: 0.0,
+        };
+        Target::from_model(&TargetModel::PoolWall(wall)).expect("a wall")
+    }
+}
+
 /// A free-form face.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -267,23 +267,9 @@ mod tests {
     use super::*;
     use crate::target::TargetModel;
 
-    fn single_pass() -> Target {
-        Target::from_model(&TargetModel::PoolWall(WallModel {
-            wall_length_m: 8.0,
-            wall_height_m: 6.0,
-            block_leg_m: 1.5,
-            block_height_m: 0.6,
-            first_block_minus_y_m: -2.7,
-            first_block_plus_y_m: -2.1,
-            coplanarity_sigma_m: 0.0,
-            height_sigma_m: 0.0,
-        }))
-        .expect("a wall")
-    }
-
     #[test]
     fn every_face_looks_outward() {
-        let target = single_pass();
+        let target = WallModel::of_tests();
         let half = std::f64::consts::FRAC_1_SQRT_2;
         for face in &target.faces {
             let expected = match (
@@ -315,7 +301,7 @@ mod tests {
 
     #[test]
     fn blocks_stand_at_first_plus_two_j_e_and_none_is_clipped() {
-        let target = single_pass();
+        let target = WallModel::of_tests();
         let tops: Vec<f64> = target
             .faces
             .iter()
@@ -339,7 +325,7 @@ mod tests {
 
     #[test]
     fn faces_without_tolerance_share_one_offset_and_faces_with_do_not() {
-        let exact = single_pass();
+        let exact = WallModel::of_tests();
         let offsets = |t: &Target, role: Role| {
             let mut o: Vec<usize> = t
                 .faces

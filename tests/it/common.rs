@@ -105,12 +105,9 @@ pub fn formats() -> Vec<&'static Format> {
     let all: Vec<_> = procedures::formats().collect();
     let names: Vec<_> = all.iter().map(|format| format.name).collect();
     let once = |name: &&str| names.iter().filter(|other| *other == name).count() == 1;
-    assert!(names.iter().all(|name| once(&name)), "{names:?}");
+    assert!(names.iter().all(once), "{names:?}");
     assert!(OWN.iter().all(|own| names.contains(own)), "{names:?}");
-    let shared = |own: &&str| FORMATS.iter().any(|format| format.name == *own);
-    assert!(
-        !OWN.iter().any(|own| shared(&own)),
-        "on the lower floor too"
-    );
+    let shared = |format: &Format| OWN.contains(&format.name);
+    assert!(!FORMATS.iter().any(shared), "on the lower floor too");
     all
 }

@@ -3,7 +3,7 @@
 use super::profile::RailProfile;
 use crate::adjust::Unit;
 use crate::calibrate::tried::{
-    Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath, word,
+    Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath, faultless, word,
 };
 use crate::calibrate::vary::{Point, VaryError, at};
 use crate::procedures::rail::model::SOUGHT_NAMES;
@@ -102,10 +102,7 @@ impl Tried for RailTrials {
     }
 
     fn check(&self) -> Result<(), String> {
-        match self.scenario.faults() {
-            faults if faults.is_empty() => Ok(()),
-            faults => Err(format!("scenario: {}", faults.join("; "))),
-        }
+        faultless(&self.scenario.faults())
     }
 
     fn configuration(&self) -> serde_json::Value {

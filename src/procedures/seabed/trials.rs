@@ -11,7 +11,7 @@ use super::survey::{SeabedScenario, write};
 use crate::adjust::Unit;
 use crate::calibrate::choices::Method;
 use crate::calibrate::tried::{
-    Acting, Propagated, Reason, Said, SoughtParameter, Trial, Tried, TriedPath,
+    Acting, Propagated, Reason, Said, SoughtParameter, Trial, Tried, TriedPath, faultless,
 };
 use crate::calibrate::vary::{Point, VaryError, at};
 use crate::geometry::rotation;
@@ -234,10 +234,7 @@ impl Tried for SeabedTrials {
     }
 
     fn check(&self) -> Result<(), String> {
-        match self.scenario.faults() {
-            faults if faults.is_empty() => Ok(()),
-            faults => Err(format!("scenario: {}", faults.join("; "))),
-        }
+        faultless(&self.scenario.faults())
     }
 
     fn sources(&self) -> Vec<SourceDescription> {

@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use crate::adjust::Unit;
 use crate::calibrate::choices::Method;
 use crate::calibrate::tried::{
-    Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath, word,
+    Acting, Reason, Said, SoughtParameter, Trial, Tried, TriedPath, faultless, word,
 };
 use crate::calibrate::vary::{Point, VaryError, at};
 use crate::geometry::rotation;
@@ -84,10 +84,7 @@ impl Tried for UsblTrials {
     }
 
     fn check(&self) -> Result<(), String> {
-        match self.scenario.check() {
-            faults if faults.is_empty() => Ok(()),
-            faults => Err(format!("scenario: {}", faults.join("; "))),
-        }
+        faultless(&self.scenario.check())
     }
 
     fn configuration(&self) -> serde_json::Value {

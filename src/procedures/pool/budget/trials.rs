@@ -9,7 +9,7 @@ use super::sources::{about, acting, alone, described, nothing};
 use crate::adjust::{BlockId, Unit};
 use crate::calibrate::tried::{
     Acting, Moved, PathCovariance, Propagated, PropagatedPath, Reason, Said, SoughtParameter,
-    Trial, Tried, TriedPath,
+    Trial, Tried, TriedPath, faultless,
 };
 use crate::calibrate::vary::{Alias, Point, VaryError, at};
 use crate::geometry::rotation;
@@ -162,10 +162,7 @@ impl Tried for PoolTrials {
     }
 
     fn check(&self) -> Result<(), String> {
-        let faults = self.scenario.check();
-        if !faults.is_empty() {
-            return Err(format!("scenario: {}", faults.join("; ")));
-        }
+        faultless(&self.scenario.check())?;
         let target = Target::from_model(&self.scenario.target.model);
         target
             .map(|_| ())

@@ -6,11 +6,13 @@ use serde::Serialize;
 
 use super::scenario::{ScenarioFile, recorder};
 use crate::formats::{
-    FormatError, las, laser_csv, sbet, sound_speed_csv, soundings_csv, trajectory_csv,
-    whole::write_whole,
+    FormatError, las, laser_csv,
+    registry::extension,
+    sbet, sound_speed_csv, soundings_csv, trajectory_csv,
+    whole::{write_json, write_toml},
 };
 use crate::geometry::Ellipsoid;
-use crate::observe::{SoundSpeed, SoundSpeedProfile};
+use crate::observe::SoundSpeed;
 use crate::simulate::Simulated;
 use crate::simulate::scenario::{Angles, Origin, Scenario};
 use crate::survey::{SURVEY_FILE, TRUTH_FILE};
@@ -43,18 +45,11 @@ pub fn write_survey(
         None => soundings_csv::write(&soundings, &campaign.soundings)?,
     }
     if let Some(SoundSpeed::Profile(profile)) = &campaign.sound_speed {
-        write_profile(&folder.join(PROFILE_FILE), profile)?;
+        sound_speed_csv::write(&folder.join(PROFILE_FILE), profile)?;
     }
     write_toml(&folder.join(TARGET_FILE), &file.scenario.target.model)?;
     write_toml(&folder.join(SURVEY_FILE), &SurveyToml::new(file, survey))?;
-    write_whole(&folder.join(TRUTH_FILE), |w| {
-        serde_json::to_writer_pretty(w, &survey.truth)
-    })
-}
-
-fn extension(path: &Path) -> String {
-    let extension = path.extension().unwrap_or_default();
-    extension.to_string_lossy().to_lowercase()
+    write_json(&folder.join(TRUTH_FILE), &survey.truth)
 }
 
 fn write_trajectory(path: &Path, survey: &Simulated) -> Result<(), FormatError> {
@@ -63,15 +58,6 @@ fn write_trajectory(path: &Path, survey: &Simulated) -> Result<(), FormatError> 
         "out" | "sbet" => sbet::write(path, trajectory, 0.0),
         _ => trajectory_csv::write(path, trajectory),
     }
-}
-
-fn write_profile(path: &Path, profile: &SoundSpeedProfile) -> Result<(), FormatError> {
-    sound_speed_csv::write(path, profile)
-}
-
-fn write_toml(path: &Path, value: &impl Serialize) -> Result<(), FormatError> {
-    let text = toml::to_string(value).map_err(|e| FormatError::unwritable(path, &e))?;
-    write_whole(path, |w| std::io::Write::write_all(w, text.as_bytes()))
 }
 
 /// Mirror of a survey file, in the order in which it is written.

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::super::formats::rail_csv;
 use super::file::{AttitudeSection, ProfilerSection, ProfilesSection, RailSection, TableSection};
 use super::scenario::RailScenarioFile;
-use crate::formats::whole::write_whole;
+use crate::formats::whole::{write_json, write_toml};
 use crate::formats::{FormatError, attitude_csv};
 use crate::procedures::rail::simulate::SimulatedRail;
 use crate::procedures::rail::simulate::scenario::{Angles, RailScenario};
@@ -34,14 +34,7 @@ pub fn write_rail(
     rail_csv::write_table(&folder.join(TABLE), &campaign.table)?;
     write_toml(&folder.join(MODEL), &file.model)?;
     write_toml(&folder.join(SURVEY_FILE), &SurveyToml::new(file))?;
-    write_whole(&folder.join(TRUTH_FILE), |w| {
-        serde_json::to_writer_pretty(w, &survey.truth)
-    })
-}
-
-fn write_toml(path: &Path, value: &impl Serialize) -> Result<(), FormatError> {
-    let text = toml::to_string(value).map_err(|e| FormatError::unwritable(path, &e))?;
-    write_whole(path, |w| std::io::Write::write_all(w, text.as_bytes()))
+    write_json(&folder.join(TRUTH_FILE), &survey.truth)
 }
 
 /// Mirror of a survey file, in the order in which it is written.

@@ -243,10 +243,7 @@ pub fn write(
     )?;
     sound_speed_csv::write(&folder.join("sound_speed.csv"), &profile(scenario, survey))?;
     write_tide(folder, scenario, survey, 0.0)?;
-    let path = folder.join("survey.toml");
-    let text = toml::to_string(&survey_file(scenario, survey))
-        .map_err(|e| FormatError::unwritable(&path, &e))?;
-    whole::write_whole(&path, |out| out.write_all(text.as_bytes()))?;
+    whole::write_toml(&folder.join("survey.toml"), &survey_file(scenario, survey))?;
     write_truth(folder, survey)
 }
 

@@ -10,6 +10,7 @@ use std::path::Path;
 use crate::formats::error::{FaultKind, FormatError, Place, open, quoted};
 use crate::formats::rows::Rows;
 use crate::formats::table::{Limits, Table};
+use crate::formats::trajectory_csv::{HEIGHT, LATITUDE, LONGITUDE};
 use crate::formats::whole::write_whole;
 
 // LAYOUT
@@ -36,21 +37,6 @@ const GEOCENTRIC: Limits = Limits {
     min: -7e6,
     max: 7e6,
     expected: "metres from the centre of the earth, within 7000 km",
-};
-const LATITUDE: Limits = Limits {
-    min: -90.0,
-    max: 90.0,
-    expected: "a latitude from -90 to 90 deg",
-};
-const LONGITUDE: Limits = Limits {
-    min: -360.0,
-    max: 360.0,
-    expected: "a longitude from -360 to 360 deg",
-};
-const HEIGHT: Limits = Limits {
-    min: -12_000.0,
-    max: 100_000.0,
-    expected: "an ellipsoidal height from -12000 to 100000 m",
 };
 const LOCAL: Limits = Limits {
     min: -1e6,

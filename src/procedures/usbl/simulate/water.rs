@@ -2,6 +2,7 @@
 
 use crate::math;
 use crate::observe::SoundSpeedProfile;
+use crate::simulate::refraction::speed_and_gradient;
 
 /// Steps of the fourth-order Runge-Kutta method along a ray.
 const STEPS: usize = 400;
@@ -66,20 +67,4 @@ pub(super) fn arrival(
         }
     }
     aim
-}
-
-/// Speed (metres per second) and its change per metre of depth; constant above the first and below the last sample.
-pub(super) fn speed_and_gradient(water: &SoundSpeedProfile, depth_m: f64) -> (f64, f64) {
-    let below = water.depth_m.partition_point(|&d| d <= depth_m);
-    let last = water.depth_m.len() - 1;
-    if below == 0 {
-        return (water.speed_m_s[0], 0.0);
-    }
-    if below > last {
-        return (water.speed_m_s[last], 0.0);
-    }
-    let (d0, d1) = (water.depth_m[below - 1], water.depth_m[below]);
-    let (c0, c1) = (water.speed_m_s[below - 1], water.speed_m_s[below]);
-    let gradient = (c1 - c0) / (d1 - d0);
-    (c0 + gradient * (depth_m - d0), gradient)
 }

@@ -16,7 +16,7 @@ use super::file::{
 use super::scenario::{Calibration, UsblScenarioFile};
 use crate::formats::Invalid;
 use crate::formats::attitude_csv;
-use crate::formats::whole::write_whole;
+use crate::formats::whole::{write_json, write_toml};
 use crate::formats::{FormatError, sound_speed_csv};
 use crate::geometry::ellipsoid::ecef_from_level;
 use crate::geometry::{Geodetic, Point};
@@ -52,13 +52,11 @@ pub fn write_survey(
     if let SoundSpeed::Profile(profile) = &survey.campaign.sound_speed {
         sound_speed_csv::write(&folder.join(PROFILE_FILE), profile)?;
     }
-    let path = folder.join(SURVEY_FILE);
-    let text = toml::to_string(&survey_file(scenario, calibration))
-        .map_err(|e| FormatError::unwritable(&path, &e))?;
-    write_whole(&path, |w| std::io::Write::write_all(w, text.as_bytes()))?;
-    write_whole(&folder.join(TRUTH_FILE), |w| {
-        serde_json::to_writer_pretty(w, &survey.truth)
-    })
+    write_toml(
+        &folder.join(SURVEY_FILE),
+        &survey_file(scenario, calibration),
+    )?;
+    write_json(&folder.join(TRUTH_FILE), &survey.truth)
 }
 
 fn survey_file(scenario: &Scenario, calibration: &Calibration) -> UsblFile {
