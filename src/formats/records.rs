@@ -30,6 +30,18 @@ pub struct TrajectoryRecords {
 }
 
 impl TrajectoryRecords {
+    /// Latitude, longitude (radians) and height (metres).
+    #[must_use]
+    pub fn places(&self) -> [&[f64]; 3] {
+        [&self.latitude_rad, &self.longitude_rad, &self.height_m]
+    }
+
+    /// Roll, pitch and heading, radians.
+    #[must_use]
+    pub fn angles(&self) -> [&[f64]; 3] {
+        [&self.roll_rad, &self.pitch_rad, &self.heading_rad]
+    }
+
     /// Number of records.
     #[must_use]
     pub fn len(&self) -> usize {

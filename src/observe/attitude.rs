@@ -26,6 +26,12 @@ impl AttitudeRecord {
         }
     }
 
+    /// Roll, pitch and heading, radians, a column each.
+    #[must_use]
+    pub fn columns(&self) -> [&[f64]; 3] {
+        [&self.roll_rad, &self.pitch_rad, &self.heading_rad]
+    }
+
     /// Roll, pitch, heading by record, radians.
     pub fn angles_rad(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         let level = self.roll_rad.iter().zip(&self.pitch_rad);

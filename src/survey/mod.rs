@@ -6,6 +6,7 @@
 //! [`schema`] and [`document`] know no key: survey and scenario files of every procedure are checked by them with tables of their own.
 
 pub mod clock;
+pub(crate) mod decimals;
 pub mod document;
 pub mod limits;
 pub mod problem;

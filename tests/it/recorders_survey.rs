@@ -512,7 +512,6 @@ fn noise_that_nobody_states_is_measured_and_what_is_assumed_is_named() {
     let findings = result["verdict"]["findings"].as_array().expect("a list");
     let claim = findings.iter().find(|f| f["code"] == "noise_claim");
     let advice = claim.expect("a finding")["advice"].as_str().expect("words");
-    let assumed =
-        "(not in the survey file, taken as an ordinary installation's: angle_sigma_growth)";
+    let assumed = "(not in the survey file, taken by what is usual: angle_sigma_growth)";
     assert!(advice.contains(assumed), "{advice}");
 }

@@ -209,7 +209,45 @@ def angles(row, f):
     return row
 
 
+def rounded(step, *names):
+    """Columns in steps: a file with too few digits."""
+    return lambda r: {**r, **{name: repr(round(float(r[name]) / step) * step) for name in names}}
+
+
+def later(records, *names):
+    """Columns of a trajectory as they were so many records earlier."""
+    def f(folder, _):
+        path = os.path.join(folder, T)
+        with open(path, newline="") as file:
+            rows_ = list(csv.DictReader(file))
+        old = [dict(r) for r in rows_]
+        for k, r in enumerate(rows_):
+            for name in names:
+                r[name] = old[max(0, k - records)][name]
+        with open(path, "w", newline="") as file:
+            writer = csv.DictWriter(file, list(rows_[0]), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows_)
+    return f
+
+
+def half_way(name, step):
+    """A column that jumps in the middle of the survey."""
+    def f(folder, _):
+        with open(os.path.join(folder, T), newline="") as handle:
+            times = [float(r["time_s"]) for r in csv.DictReader(handle)]
+        middle = 0.5 * (times[0] + times[-1])
+        change(folder, T, None, lambda r: add(name, step)(r) if float(r["time_s"]) > middle else r)
+    return f
+
+
+def depths(row):
+    """The depth below the head in place of the range."""
+    return dict(row, range_m=repr(float(row["range_m"]) * math.cos(math.radians(float(row["across_angle_deg"])))))
+
+
 T, M = "trajectory.csv", "multibeam.csv"
+PLACE, TURNS = ("latitude_deg", "longitude_deg", "height_m"), ("roll_deg", "pitch_deg", "heading_deg")
 ARM = "lever_arm_correction_m = [-0.05, 0.20, -0.11]"
 TURN = "correction_deg = { pitch = -1.4, roll = 2.1, yaw = -0.8 }"
 
@@ -276,6 +314,7 @@ POOL = {
     "roll of the INS 0.2 deg off": ("attitude_offset|mounting", column(T, "roll_deg", lambda v: v + 0.2)),
     "roll late by 0.1 s": ("attitude|clock|latency", key("trajectory", "time_offset_s", "0.1")),
     "azimuth 180 deg off": ("target_azimuth", key("target", "azimuth_deg", lambda t: repr(float(t) + 180))),
+    "azimuth 1 deg off": ("target_azimuth|attitude_offset|heading", key("target", "azimuth_deg", lambda t: repr(float(t) + 1))),
     "origin 50 m off": ("target_origin", key("target.origin", "latitude_deg", lambda t: repr(float(t) + 45e-5))),
     "origin on the geoid": ("target_origin", key("target.origin", "height_m", lambda t: repr(float(t) - 8.0))),
     "heights in feet": ("target|height", column(T, "height_m", lambda v: v / 0.3048)),
@@ -354,6 +393,20 @@ POOL = {
     "wall 10 cm longer than stated": ("face|target|datum|noise|scanner", target(r"wall_length_m = 8.0", "wall_length_m = 7.9")),
     "block legs 5 cm shorter than stated": ("face|target|share|scanner", target(r"block_leg_m = 3.0", "block_leg_m = 3.05")),
     "block height 1 % off": ("face|target|height|scanner", target(r"block_height_m = 1.0", "block_height_m = 1.01")),
+    "positions of 6 decimals": ("trajectory|position|noise|scatter", rows(T, rounded(1e-6, *PLACE[:2]))),
+    "attitude of 1 decimal": ("trajectory|attitude|noise|scatter", rows(T, rounded(0.1, *TURNS))),
+    "heights of 1 decimal": ("trajectory|position|noise|height|scatter", rows(T, rounded(0.1, "height_m"))),
+    "attitude two records late": ("attitude|latency|trajectory|scale", later(2, *TURNS)),
+    "positions two records late": ("latency|trajectory", later(2, *PLACE)),
+    "heights two records late": ("latency|heave|trajectory", later(2, "height_m")),
+    "longitude negated": ("origin|outside|azimuth|heading|mirror", column(T, "longitude_deg", lambda v: -v)),
+    "roll twice as large": ("attitude_scale|roll", column(T, "roll_deg", lambda v: 2 * v)),
+    "height jumps by 0.1 m half-way": ("trajectory|datum|height|line", half_way("height_m", 0.1)),
+    "heading jumps by 0.5 deg half-way": ("heading|trajectory|line|pass", half_way("heading_deg", 0.5)),
+    "across angle from the horizontal": ("angle|share|misfit|unit", column(M, "across_angle_deg", lambda v: math.copysign(90 - abs(v), v))),
+    "depths for ranges": ("range|depth|misfit|share", rows(M, depths)),
+    "sounder arm from the sounder to the INS": ("arm|size", key("multibeam", "lever_arm_m", vector(lambda v: [-c for c in v]))),
+    "scanner arm from the scanner to the INS": ("scanner", key("lidar", "lever_arm_m", vector(lambda v: [-c for c in v]))),
     "columns exchanged": ("face|target|column|scanner", lambda d, s: (target(r"minus_y_m = (-?[\d.]+)", r"XX_y_m = \1")(d, s), target("first_block_plus_y", "first_block_minus_y")(d, s), target("first_block_XX", "first_block_plus")(d, s))),
 }
 
@@ -658,6 +711,18 @@ SEABED = {
     "angle sigma ten times too small": ("noise|misfit", key("multibeam", "angle_sigma_deg", times(0.1))),
     "range sigma ten times too large": ("noise|misfit", key("multibeam", "range_sigma_m", times(10))),
     "every sounding twice": ("repeat|duplicate|noise", rows(M, lambda r: [r, dict(r)])),
+    "positions of 6 decimals": ("trajectory|position|noise|scatter", rows(T, rounded(1e-6, *PLACE[:2]))),
+    "attitude of 1 decimal": ("trajectory|attitude|noise|scatter", rows(T, rounded(0.1, *TURNS))),
+    "heights of 1 decimal": ("trajectory|position|noise|height|scatter", rows(T, rounded(0.1, "height_m"))),
+    "attitude two records late": ("attitude|latency|trajectory|scale", later(2, *TURNS)),
+    "positions two records late": ("latency|trajectory", later(2, *PLACE)),
+    "heights two records late": ("latency|heave|trajectory", later(2, "height_m")),
+    "longitude negated": ("origin|outside|azimuth|heading|mirror", column(T, "longitude_deg", lambda v: -v)),
+    "roll twice as large": ("attitude_scale|roll", column(T, "roll_deg", lambda v: 2 * v)),
+    "height jumps by 0.1 m half-way": ("trajectory|datum|height|line", half_way("height_m", 0.1)),
+    "heading jumps by 0.5 deg half-way": ("heading|trajectory|line|pass", half_way("heading_deg", 0.5)),
+    "across angle from the horizontal": ("angle|share|misfit|unit", column(M, "across_angle_deg", lambda v: math.copysign(90 - abs(v), v))),
+    "arm from the sounder to the INS": ("arm|prior|heave", key("multibeam", "lever_arm_m", vector(lambda v: [-c for c in v]))),
     "trajectory of another day": ("misfit|prior|scatter|overlap", replaced(T, edit=lambda t: t.replace("period_s = 5.0", "period_s = 6.1"))),
 }
 

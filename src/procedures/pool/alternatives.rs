@@ -1,6 +1,6 @@
 //! Discrete mistakes in a pool survey, tried on a thinned set when it does not fit: signs, units, axes, clocks.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::Vector3;
 
@@ -21,7 +21,7 @@ use crate::watch::{Silently, Watch};
 const SOUNDINGS: usize = 30_000;
 const RETURNS: usize = 8_000;
 /// Alternatives that are adjusted after a first look at all.
-const ADJUSTED: usize = 3;
+const ADJUSTED: usize = 5;
 
 /// A survey as it would be without the mistake.
 #[derive(Clone)]
@@ -242,6 +242,15 @@ fn of_beams(survey: &Survey) -> Vec<Mistake> {
                 scale(&mut s.campaign.soundings.along_rad, 180.0 / PI);
             },
         ),
+        mistake(
+            "beam_angle_unit",
+            "with the beam angles counted from the horizontal",
+            "the beam angles look counted from the horizontal: 0 is straight below the sounder",
+            |s| {
+                let angles = s.campaign.soundings.across_rad.iter_mut();
+                angles.for_each(|angle| *angle = from_below(*angle));
+            },
+        ),
     ];
     if survey
         .campaign
@@ -316,7 +325,23 @@ fn of_ranges(survey: &Survey) -> Vec<Mistake> {
                 scale_ranges(s, 1e-3);
             },
         ),
+        mistake(
+            "range_unit",
+            "with the ranges taken as depths below the sounder",
+            "the ranges look like depths: give the distance along the beam",
+            along_the_beam,
+        ),
     ]
+}
+
+/// Ranges from depths below the sounder.
+fn along_the_beam(survey: &mut Survey) {
+    let soundings = &mut survey.campaign.soundings;
+    if let SoundingRange::Metres(values) = &mut soundings.range {
+        let angles = soundings.across_rad.iter();
+        let both = values.iter_mut().zip(angles);
+        both.for_each(|(value, angle)| *value /= math::cos(*angle).max(0.05));
+    }
 }
 
 fn of_axes_and_clocks() -> Vec<Mistake> {
@@ -458,6 +483,11 @@ fn negate(values: &mut [f64]) {
 
 fn scale(values: &mut [f64], factor: f64) {
     values.iter_mut().for_each(|value| *value *= factor);
+}
+
+/// An angle from straight below of one from the horizontal, radians, to the same side.
+fn from_below(angle_rad: f64) -> f64 {
+    (FRAC_PI_2 - angle_rad.abs()).copysign(angle_rad)
 }
 
 fn shift(values: &mut [f64], by: f64) {

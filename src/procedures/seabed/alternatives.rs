@@ -1,6 +1,8 @@
 //! Discrete mistakes in a seabed survey, tried on fewer tiles when it does not fit: signs, order, units.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use nalgebra::Vector3;
 
 use super::config::{JointSettings, SeabedConfig};
 use super::joint::fitted;
@@ -9,6 +11,7 @@ use crate::calibrate::verdict::alternatives::best;
 use crate::calibrate::verdict::bounds::{Correction, size};
 use crate::calibrate::verdict::{Alternative, Tried};
 use crate::geometry::rotation::{from_attitude, to_attitude};
+use crate::math;
 use crate::observe::{Mounting, Trajectory};
 use crate::results::Finding;
 use crate::watch::Watch;
@@ -41,6 +44,7 @@ pub fn named(scene: &Scene, settings: &JointSettings, watch: &dyn Watch) -> Opti
         _ => of_heads(),
     };
     let mistakes = of_attitude().into_iter().chain(of_soundings());
+    let mistakes = mistakes.chain(of_arms());
     for (alternative, undo) in mistakes.chain(of_heads) {
         watch.go_on().ok()?;
         let mut undone = scene.clone();
@@ -187,6 +191,27 @@ fn of_soundings() -> Vec<Mistake> {
             |s| each(s, |sounding| sounding.across_rad *= 0.9),
         ),
         mistake(
+            "beam_angle_unit",
+            "with the beam angles counted from the horizontal",
+            "the beam angles look counted from the horizontal: 0 is straight below the sounder",
+            |s| {
+                each(s, |sounding| {
+                    let angle_rad = sounding.across_rad;
+                    sounding.across_rad = (FRAC_PI_2 - angle_rad.abs()).copysign(angle_rad);
+                });
+            },
+        ),
+        mistake(
+            "range_unit",
+            "with the ranges taken as depths below the sounder",
+            "the ranges look like depths: give the distance along the beam",
+            |s| {
+                each(s, |sounding| {
+                    sounding.one_way_s /= math::cos(sounding.across_rad).max(0.05);
+                });
+            },
+        ),
+        mistake(
             "range_doubled",
             "with the travel times halved",
             "the travel times or ranges are twice as long as they fit",
@@ -199,6 +224,51 @@ fn of_soundings() -> Vec<Mistake> {
             |s| each(s, |sounding| sounding.one_way_s *= 2.0),
         ),
     ]
+}
+
+/// Lever arms in other axes. An exchange of right and forward alone hardly moves a boat's soundings and is left to the tests.
+fn of_arms() -> Vec<Mistake> {
+    const ADVICE: &str = "check the axes of the sounder's lever arm: from the INS to the sounder, x right, y forward, z up";
+    let arm = |words, undo| mistake("axes_of_sounder_arm", words, ADVICE, undo);
+    vec![
+        arm(
+            "with the sounder's lever arm read as forward, right, down",
+            |s| {
+                moved(s, |arm_m| Vector3::new(arm_m.y, arm_m.x, -arm_m.z));
+            },
+        ),
+        arm(
+            "with the sounder's lever arm read as right, forward, down",
+            |s| {
+                moved(s, |arm_m| Vector3::new(arm_m.x, arm_m.y, -arm_m.z));
+            },
+        ),
+        arm(
+            "with the sounder's lever arm taken the other way round",
+            |s| {
+                moved(s, |arm_m| -arm_m);
+            },
+        ),
+        arm(
+            "with the forward part of the sounder's lever arm reversed",
+            |s| {
+                moved(s, |arm_m| Vector3::new(arm_m.x, -arm_m.y, arm_m.z));
+            },
+        ),
+    ]
+}
+
+/// Changes every array's lever arm, and with it the depth of the transducer.
+fn moved(scene: &mut Scene, change: fn(&Vector3<f64>) -> Vector3<f64>) {
+    let arm = |m: &mut Mounting| m.lever_arm_m = change(&m.lever_arm_m);
+    for head in &mut scene.heads {
+        arm(&mut head.nominal);
+        if let Some(arrays) = &mut head.arrays {
+            arm(&mut arrays.transmitter);
+            arm(&mut arrays.receiver);
+        }
+    }
+    scene.water.transducer_m = scene.transducer_depth_m();
 }
 
 fn each(scene: &mut Scene, change: fn(&mut Sounding)) {

@@ -91,10 +91,7 @@ fn explained(
 ) -> Option<Finding> {
     let wrong = match joint? {
         Ok((_, judged)) => !judged.usable() && judged.is_of_the_model(),
-        Err(error) => !matches!(
-            error,
-            JointError::Stopped(_) | JointError::Profile | JointError::Extra { .. }
-        ),
+        Err(error) => !matches!(error, JointError::Stopped(_) | JointError::Extra { .. }),
     };
     wrong
         .then(|| alternatives::named(input.scene, input.joint, watch))

@@ -11,6 +11,7 @@ use crate::math;
 use crate::observe::{
     ArrayMountings, Extra, ExtraFault, Mounting, SoundSpeedProfile, TideCurve, Trajectory, extra,
 };
+use crate::stats::median;
 
 /// A-priori noise and drift of the INS, metres, radians, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -257,6 +258,28 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Median depth of the transducer over the soundings, metres, 0 above the water.
+    #[must_use]
+    pub fn transducer_depth_m(&self) -> f64 {
+        self.median_depth_m().unwrap_or(0.0).max(0.0)
+    }
+
+    /// Median depth of the transducer over the soundings, metres, negative above the water; nothing without a pose.
+    #[must_use]
+    pub fn median_depth_m(&self) -> Option<f64> {
+        let step = self.soundings.len().div_ceil(2000).max(1);
+        let depth = |s: &Sounding| {
+            let pose = self.trajectory.pose_at(s.time_s).ok()?;
+            let line = usize::from(s.line);
+            let level_m = self.water.level_m + self.tide_m(line, s.time_s);
+            let nominal = &self.heads[usize::from(s.head)].nominal;
+            let transducer = pose.position_m + pose.rotation * nominal.lever_arm_m;
+            Some(level_m - transducer.z - self.lift_m(line, s.time_s))
+        };
+        let some = self.soundings.iter().step_by(step);
+        median(&mut some.filter_map(depth).collect::<Vec<f64>>())
+    }
+
     /// The same survey with unknowns of the caller's own, of a file with so many soundings.
     ///
     /// # Errors
@@ -380,7 +403,7 @@ impl Scene {
             s.one_way_s * speed * math::cos(s.across_rad + rolls[usize::from(s.head)])
         };
         let mut depths: Vec<f64> = self.soundings.iter().step_by(step).map(depth).collect();
-        crate::stats::median(&mut depths).unwrap_or(0.0)
+        median(&mut depths).unwrap_or(0.0)
     }
 }
 

@@ -139,7 +139,7 @@ fn noise(joint: &Joint) -> Option<Finding> {
     let assumed = match joint.assumed.is_empty() {
         true => String::new(),
         false => format!(
-            " (not in the survey file, taken as an ordinary installation's: {})",
+            " (not in the survey file, taken by what is usual: {})",
             joint.assumed.join(", ")
         ),
     };

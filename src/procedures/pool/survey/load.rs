@@ -23,6 +23,7 @@ use crate::observe::{
 };
 use crate::recorders::navigation::at_reference;
 use crate::results::InputFile;
+use crate::survey::decimals;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::{digests, keep, read_text, typed};
@@ -414,6 +415,10 @@ fn compose(
     on_reading.append(&mut laser.notes);
     on_reading.append(&mut soundings.notes);
     let section = &file.trajectory;
+    let noise = section.noise();
+    on_reading.extend(decimals::of_places(trajectory.places(), noise.position_m));
+    let sigmas = [noise.roll_pitch_rad, noise.heading_rad];
+    on_reading.extend(decimals::of_attitude(trajectory.angles(), sigmas));
     let trajectory = trajectory.into_trajectory(
         file.target.ellipsoid,
         section.noise(),

@@ -21,6 +21,7 @@ use super::trial::{corrections_from, names};
 use crate::calibrate::solution::compared;
 use crate::formats::week;
 use crate::results::{Calibration, Comparison, Provenance, SCHEMA, SensorCounts, Solutions};
+use crate::survey::decimals;
 use samples::{paths, rms};
 use solutions::{joint, reference, unit};
 
@@ -74,6 +75,10 @@ fn notes(scene: &RailScene) -> Vec<String> {
             .to_owned(),
     ];
     notes.extend(week::passed("profiles", &scene.campaign.points.time_s));
+    let noise = &scene.campaign.attitude_noise;
+    let sigmas = [noise.roll_pitch_rad, noise.heading_rad];
+    let columns = scene.campaign.attitude.columns();
+    notes.extend(decimals::of_attitude(columns, sigmas));
     if scene.turning > 0 {
         notes.push(format!(
             "{} points were taken while the table turned and were left out",

@@ -28,13 +28,17 @@ pub(super) struct Given {
     pub(super) trajectory: Vec<String>,
     /// Sigmas that were not given, with what they are taken to be.
     pub(super) assumed: Vec<(&'static str, f64)>,
+    /// Sigmas of which a tenth of that is taken, as the records show less.
+    pub(super) least: Vec<&'static str>,
 }
 
 impl Given {
     /// Keys of the noise that was not given, the drift apart.
     pub(super) fn noise(&self) -> Vec<&'static str> {
         let all = self.assumed.iter().map(|(key, _)| *key);
-        all.filter(|key| !key.contains("drift")).collect()
+        all.chain(self.least.iter().copied())
+            .filter(|key| !key.contains("drift"))
+            .collect()
     }
 
     /// Whether a sigma is that of an ordinary installation.
@@ -42,9 +46,10 @@ impl Given {
         self.assumed.iter().any(|(own, _)| *own == key)
     }
 
-    /// A sigma has been measured and is assumed no more.
-    pub(super) fn is_measured(&mut self, key: &str) {
+    /// A sigma is no longer an ordinary installation's; one that was not measured either is still nobody's statement.
+    pub(super) fn take_out(&mut self, key: &'static str, is_least: bool) {
         self.assumed.retain(|(own, _)| *own != key);
+        self.least.extend(is_least.then_some(key));
     }
 }
 
@@ -210,6 +215,7 @@ fn fill(root: &mut toml::Table) -> Given {
         lines,
         trajectory,
         assumed,
+        least: vec![],
     }
 }
 

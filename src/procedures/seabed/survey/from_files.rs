@@ -26,13 +26,17 @@ pub fn template(files: &[PathBuf]) -> String {
         Err(error) => {
             let lines = lacking(error);
             let words = format!("\n# It cannot be calibrated as it stands:\n{lines}");
-            (String::new(), String::new(), words)
+            (String::new(), ORDINARY.to_owned(), words)
         }
     };
     let title = "# Survey of recorder files, one line of each. A line that begins with \"#\" and a key shows what the files say or what holds\n# without it; without the mark it decides.\n# The sigmas are those of an ordinary installation, and those of the INS what its records show where that is less: put in yours.\n";
     let others = "#path = \"sbet.out\"           # a post-processed trajectory instead of the recorder's own navigation\n#time = \"gps-week\"           # of an SBET: gps-week or utc-week\n#accuracies = \"smrmsg.out\"   # its accuracies, for the drift sigmas\n#heights = \"ellipsoid\"       # or \"heave\", where no height above the ellipsoid is recorded\n";
     format!("{title}{head}{of_sonar}\n[trajectory]\n{of_ins}{others}{of_rest}")
 }
+
+/// White noise of an ordinary INS, where nothing could be read.
+const ORDINARY: &str =
+    "#position_sigma_m = 0.01\n#roll_pitch_sigma_deg = 0.005\n#heading_sigma_deg = 0.01\n";
 
 /// White noise of the INS that holds without a word of it.
 fn ins(t: &TrajectorySection) -> String {

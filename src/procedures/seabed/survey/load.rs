@@ -21,7 +21,7 @@ use crate::observe::{
 };
 use crate::recorders::navigation::at_reference;
 use crate::results::InputFile;
-use crate::stats::median;
+use crate::survey::decimals;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::{digests, keep, missing_files, read_text, typed};
@@ -106,6 +106,7 @@ fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, Su
         &named.iter().map(String::as_str).collect::<Vec<_>>(),
     )?;
     let read = observed.time_s.len();
+    notes.extend(coarse(&file, &records));
     let arm_m = Vector3::from(file.trajectory.lever_arm_m);
     let records = at_reference(records, &arm_m, file.site.ellipsoid);
     let (profiles, said) = water;
@@ -169,6 +170,15 @@ fn last_before(scene: &mut Scene, casts: &[(Option<f64>, SoundSpeedProfile)]) ->
     })
 }
 
+/// Columns of the trajectory whose rounding errs by more than is stated.
+fn coarse(file: &SeabedSurveyFile, records: &TrajectoryRecords) -> Vec<String> {
+    let ins = file.ins();
+    let mut said = decimals::of_places(records.places(), ins.position_m);
+    let sigmas = [ins.roll_pitch_rad, ins.heading_rad];
+    said.extend(decimals::of_attitude(records.angles(), sigmas));
+    said
+}
+
 /// A survey of recorder files.
 fn of_recorders(
     path: &Path,
@@ -193,6 +203,7 @@ fn of_recorders(
     } else {
         from.casts.iter().map(|cast| cast.1.clone()).collect()
     };
+    from.notes.extend(coarse(&from.file, &from.trajectory));
     let tide = from.tide.take();
     let mut scene = scene(
         &from.file,
@@ -406,7 +417,7 @@ pub fn scene_of(
         extras: Arc::default(),
         trajectory,
     };
-    scene.water.transducer_m = transducer_depth_m(&scene);
+    scene.water.transducer_m = scene.transducer_depth_m();
     scene
 }
 
@@ -487,29 +498,4 @@ fn reaching(cast: &SoundSpeedProfile, reach_m: f64) -> SoundSpeedProfile {
         speed_m_s.insert(0, speed);
     }
     SoundSpeedProfile { depth_m, speed_m_s }
-}
-
-/// Median depth of the transducer over the soundings, metres, 0 above the water.
-fn transducer_depth_m(scene: &Scene) -> f64 {
-    median_depth_m(scene).unwrap_or(0.0).max(0.0)
-}
-
-/// Median depth of the transducer over the soundings, metres, negative above the water.
-pub(super) fn median_depth_m(scene: &Scene) -> Option<f64> {
-    let step = scene.soundings.len().div_ceil(2000).max(1);
-    let depth = |s: &Sounding| {
-        let pose = scene.trajectory.pose_at(s.time_s).ok()?;
-        let line = usize::from(s.line);
-        let level_m = scene.water.level_m + scene.tide_m(line, s.time_s);
-        let nominal = &scene.heads[usize::from(s.head)].nominal;
-        let transducer = pose.position_m + pose.rotation * nominal.lever_arm_m;
-        Some(level_m - transducer.z - scene.lift_m(line, s.time_s))
-    };
-    let mut depths: Vec<f64> = scene
-        .soundings
-        .iter()
-        .step_by(step)
-        .filter_map(depth)
-        .collect();
-    median(&mut depths)
 }

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::super::scene::{Line, Scene};
 use super::super::tides::{Contradiction, Lacking, contradiction, known_m};
 use super::file::{SeabedSurveyFile, TideSection};
-use super::load::median_depth_m;
 use crate::formats::read_tide;
 use crate::formats::recorder::utc;
 use crate::observe::TideCurve;
@@ -153,7 +152,7 @@ impl<'f> Named<'f> {
 
     /// A tide by which the transducer is out of the water.
     fn dry(&self, scene: &Scene) -> Vec<Problem> {
-        let depth_m = median_depth_m(scene);
+        let depth_m = scene.median_depth_m();
         let out = depth_m.filter(|depth_m| *depth_m <= 0.0).map(|depth_m| {
             let found = format!(
                 "a tide by which the transducer is {:.2} m above the water",

@@ -1,14 +1,18 @@
 //! White noise of an INS that the survey file does not state, measured on the INS' own records.
 //!
 //! Four records at equal steps have the third difference `x[k+3] - 3 x[k+2] + 3 x[k+1] - x[k]`. White noise gives it 1 + 9 + 9 + 1 = 20
-//! times its own variance; a swell of amplitude `a` and angular rate `w` at most `a (w d)^3`, 2e-5 deg of 2 deg in 5 s at a hundred records a
-//! second. Motion, jumps and gross errors only add, so that what is measured is never less than the noise from record to record, and of slow records
-//! far more. An INS whose output is smoothed errs by more than it shows here, but then by the same from record to record: that is its drift.
+//! times its own variance; a swell of amplitude `a` and angular rate `w` at a spacing `d` at most `a (w d)^3`, 4e-6 deg of 2 deg in 5 s at a hundred
+//! records a second, 4e-3 at ten. Motion and jumps only add. What would hide noise is refused: columns that were interpolated or rounded have
+//! third differences that are mostly nothing and seldom much, unlike those of noise, whose median tells the same sigma as their mean square.
+//!
+//! An INS whose output is smoothed errs by more than it shows here, but then by the same from record to record, which is its drift. That it has no
+//! white noise at all is not believed: at least a tenth of an ordinary installation's is taken.
 
 use super::file::TrajectorySection;
 use super::filled::Given;
 use crate::formats::TrajectoryRecords;
 use crate::math;
+use crate::stats::robust::mad_sigma;
 use crate::units::{degrees, wrap_angle};
 
 /// Standard deviation of a third difference over that of one record, squared.
@@ -19,6 +23,9 @@ const ENOUGH: usize = 1000;
 const EQUAL: f64 = 0.1;
 /// No less than this part of an ordinary installation's noise: records that are rounded or repeated show none.
 const LEAST: f64 = 0.1;
+/// The median's sigma of third differences is at least this part of their root mean square where they are noise and not the knots of an interpolation or
+/// the steps of a rounding.
+const NORMAL: f64 = 0.7;
 /// Metres of a meridian's radian, near enough for noise.
 const EARTH_M: f64 = 6.371e6;
 
@@ -27,45 +34,68 @@ pub(super) fn measured(
     section: &mut TrajectorySection,
     given: &mut Given,
     records: &TrajectoryRecords,
-) -> Option<String> {
-    let of = |x: &[f64], unit: f64| scatter(&records.time_s, x).map(|sigma| unit * sigma);
-    let latitude_rad = *records.latitude_rad.get(records.len() / 2)?;
-    let [east, north, up] = [
-        of(&records.longitude_rad, EARTH_M * math::cos(latitude_rad)),
-        of(&records.latitude_rad, EARTH_M),
-        of(&records.height_m, 1.0),
-    ];
-    let [roll, pitch, heading] =
-        [&records.roll_rad, &records.pitch_rad, &records.heading_rad].map(|x| of(x, degrees(1.0)));
+) -> Vec<String> {
+    let (mut shown, mut least) = (vec![], vec![]);
+    for (key, found) in found(records) {
+        let held = match key {
+            "position_sigma_m" => &mut section.position_sigma_m,
+            "roll_pitch_sigma_deg" => &mut section.roll_pitch_sigma_deg,
+            _ => &mut section.heading_sigma_deg,
+        };
+        let Some(found) = found.filter(|found| given.assumes(key) && found < held) else {
+            continue;
+        };
+        let floor = LEAST * *held;
+        *held = rounded(found.max(floor));
+        let words = format!("{key} = {held}");
+        match found < floor {
+            true => least.push(words),
+            false => shown.push(words),
+        }
+        given.take_out(key, found < floor);
+    }
+    let said = |how: &str, words: &[String]| {
+        let each = words.join(", ");
+        (!words.is_empty()).then(|| format!("not given in the survey file, {how}: {each}"))
+    };
+    let shown = said("measured from record to record of the trajectory", &shown);
+    let least = said(
+        "a tenth of an ordinary installation's, for the trajectory shows less from record to record",
+        &least,
+    );
+    shown.into_iter().chain(least).collect()
+}
+
+/// The noise of each key that the records show, metres and degrees.
+fn found(records: &TrajectoryRecords) -> [(&'static str, Option<f64>); 3] {
+    let of = |x: &[f64], unit: f64| {
+        let third = |x: &[f64]| x[3] - x[0] + 3.0 * (x[1] - x[2]);
+        scatter(&records.time_s, x, third).map(|sigma| unit * sigma)
+    };
+    // a full circle is no noise
+    let turned = |x: &[f64], unit: f64| {
+        let third = |x: &[f64]| wrap_angle(x[3] - x[0] + 3.0 * (x[1] - x[2]));
+        scatter(&records.time_s, x, third).map(|sigma| unit * sigma)
+    };
+    let latitude_rad = records.latitude_rad.get(records.len() / 2);
+    let east_m = latitude_rad.map_or(EARTH_M, |latitude| EARTH_M * math::cos(*latitude));
     let larger = |a: Option<f64>, b: Option<f64>| Some(a?.max(b?));
-    let each = [
+    let level = larger(
+        turned(&records.longitude_rad, east_m),
+        of(&records.latitude_rad, EARTH_M),
+    );
+    let [roll, pitch] = [&records.roll_rad, &records.pitch_rad].map(|x| of(x, degrees(1.0)));
+    [
         (
             "position_sigma_m",
-            larger(larger(east, north), up),
-            &mut section.position_sigma_m,
+            larger(level, of(&records.height_m, 1.0)),
         ),
+        ("roll_pitch_sigma_deg", larger(roll, pitch)),
         (
-            "roll_pitch_sigma_deg",
-            larger(roll, pitch),
-            &mut section.roll_pitch_sigma_deg,
+            "heading_sigma_deg",
+            turned(&records.heading_rad, degrees(1.0)),
         ),
-        ("heading_sigma_deg", heading, &mut section.heading_sigma_deg),
-    ];
-    let taken = |(key, found, held): (&str, Option<f64>, &mut f64)| {
-        let sigma = rounded(found?.max(LEAST * *held));
-        (given.assumes(key) && sigma < *held).then(|| {
-            *held = sigma;
-            given.is_measured(key);
-            format!("{key} = {sigma}")
-        })
-    };
-    let words: Vec<String> = each.into_iter().filter_map(taken).collect();
-    (!words.is_empty()).then(|| {
-        format!(
-            "not given in the survey file, measured from record to record of the trajectory: {}",
-            words.join(", ")
-        )
-    })
+    ]
 }
 
 /// Two figures.
@@ -73,18 +103,19 @@ fn rounded(sigma: f64) -> f64 {
     format!("{sigma:.1e}").parse().unwrap_or(sigma)
 }
 
-/// Standard deviation of the white noise in a column; a heading that passes north jumps by a full circle.
-fn scatter(time_s: &[f64], x: &[f64]) -> Option<f64> {
+/// Standard deviation of the white noise in a column; nothing of one that was interpolated or rounded, or is short.
+fn scatter(time_s: &[f64], x: &[f64], third: impl Fn(&[f64]) -> f64) -> Option<f64> {
     let even = |t: &[f64]| {
         let [a, b, c] = [t[1] - t[0], t[2] - t[1], t[3] - t[2]];
         (a - b).abs() < EQUAL * b && (c - b).abs() < EQUAL * b
     };
     let fours = time_s.windows(4).zip(x.windows(4));
-    let third = |x: &[f64]| wrap_angle(x[3] - x[0] + 3.0 * (x[1] - x[2]));
     let all = fours.filter(|(t, _)| even(t)).map(|(_, x)| third(x));
-    let (squares, count) = all.fold((0.0, 0_usize), |(s, n), d| (s + d * d, n + 1));
-    let variance = squares / (OF_FOUR * count as f64);
-    (count >= ENOUGH && variance.is_finite()).then(|| variance.sqrt())
+    let mut all: Vec<f64> = all.collect();
+    let squares: f64 = all.iter().map(|d| d * d).sum();
+    let rms = (squares / all.len() as f64).sqrt();
+    let enough = all.len() >= ENOUGH && rms.is_finite();
+    (enough && mad_sigma(&mut all)? >= NORMAL * rms).then(|| rms / OF_FOUR.sqrt())
 }
 
 #[cfg(test)]
@@ -136,7 +167,7 @@ mod tests {
         records
     }
 
-    fn measured_of(records: &TrajectoryRecords, keys: &[usize]) -> ([f64; 3], Option<String>) {
+    fn measured_of(records: &TrajectoryRecords, keys: &[usize]) -> ([f64; 3], Vec<String>) {
         let mut section = section();
         let assumed = keys.iter().map(|k| ORDINARY[*k]).collect();
         let mut given = Given {
@@ -149,7 +180,7 @@ mod tests {
             section.roll_pitch_sigma_deg,
             section.heading_sigma_deg,
         ];
-        assert_eq!(said.is_none(), given.assumed.len() == keys.len());
+        assert_eq!(said.is_empty(), given.assumed.len() == keys.len());
         (sigmas, said)
     }
 
@@ -159,7 +190,9 @@ mod tests {
         // 20 000 differences that are correlated over four know a sigma to 0.8 %, the largest of three to 2 %; two figures are kept
         assert!((sigmas[0] - 0.004).abs() < 1.5e-4, "{sigmas:?}");
         assert!((sigmas[1] - 0.002).abs() < 1.0e-4, "{sigmas:?}");
-        let said = said.expect("a note");
+        let [said] = &said[..] else {
+            panic!("{said:?}");
+        };
         assert!(
             said.ends_with("position_sigma_m = 0.004, roll_pitch_sigma_deg = 0.002"),
             "{said}"
@@ -171,10 +204,40 @@ mod tests {
     #[test]
     fn a_wave_in_slow_records_is_no_noise_and_what_is_stated_stays() {
         let (slow, said) = measured_of(&sailed(1.0, 4000), &[0, 1, 2]);
-        assert_eq!((slow, said), (ORDINARY.map(|(_, sigma)| sigma), None));
+        assert_eq!((slow, said), (ORDINARY.map(|(_, sigma)| sigma), vec![]));
         let (few, _) = measured_of(&sailed(0.01, 1002), &[0, 1, 2]);
         assert_eq!(few, ORDINARY.map(|(_, sigma)| sigma));
         let (stated, _) = measured_of(&sailed(0.01, 20_000), &[1]);
         assert_eq!(stated[0], 0.01);
+    }
+
+    /// Positions once a second between which a recorder interpolates, heights in centimetres, an attitude that is smooth.
+    #[test]
+    fn what_was_interpolated_or_rounded_shows_no_noise_and_what_is_smooth_a_tenth() {
+        let mut records = sailed(0.01, 20_000);
+        let at_seconds = |x: &[f64]| -> Vec<f64> {
+            let between = |k: usize| {
+                let (a, part) = (k / 100 * 100, (k % 100) as f64 / 100.0);
+                let b = (a + 100).min(x.len() - 1);
+                x[a] + part * (x[b] - x[a])
+            };
+            (0..x.len()).map(between).collect()
+        };
+        records.latitude_rad = at_seconds(&records.latitude_rad);
+        records.longitude_rad = at_seconds(&records.longitude_rad);
+        let smooth = |t: &f64| radians(3.0 * math::sin(TAU * t / 5.0));
+        records.roll_rad = records.time_s.iter().map(smooth).collect();
+        records.pitch_rad.clone_from(&records.roll_rad);
+        let (sigmas, said) = measured_of(&records, &[0, 1]);
+        assert_eq!(sigmas, [0.01, 0.0005, 0.01], "{said:?}");
+        assert!(
+            said[0].contains("a tenth of an ordinary installation's"),
+            "{said:?}"
+        );
+        let mut records = sailed(0.01, 20_000);
+        let steps = |h: &f64| (h / 0.02).round() * 0.02;
+        records.height_m = records.height_m.iter().map(steps).collect();
+        let (sigmas, _) = measured_of(&records, &[0]);
+        assert_eq!(sigmas[0], 0.01);
     }
 }

@@ -20,6 +20,7 @@ use crate::geometry::ellipsoid::ecef_from_level;
 use crate::geometry::{Ellipsoid, Geodetic, Point, rotation};
 use crate::observe::{AttitudeRecord, SoundSpeed, SoundSpeedProfile, Trajectory};
 use crate::results::InputFile;
+use crate::survey::decimals;
 use crate::survey::document::Document;
 use crate::survey::problem::{Problem, SurveyError, none_of};
 use crate::survey::reading::{digests, keep, missing_files, read_text, typed};
@@ -191,6 +192,9 @@ fn compose(
         datum: file.control.datum(),
     };
     let mut of_reading = contents.fixes.notes;
+    let noise = file.attitude.noise();
+    let sigmas = [noise.roll_pitch_rad, noise.heading_rad];
+    of_reading.extend(decimals::of_attitude(contents.attitude.columns(), sigmas));
     of_reading.extend(notes(
         &file,
         &contents.attitude.time_s,
