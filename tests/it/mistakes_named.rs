@@ -190,3 +190,24 @@ fn columns_with_too_few_decimals_are_named() {
         assert!(said.contains(&of), "{said}");
     }
 }
+
+/// "The sound-speed profile cannot be used" was all that was said.
+#[test]
+fn a_seabed_survey_at_another_place_than_its_origin_is_refused() {
+    let folder = simulated(SEABED);
+    negate(
+        &folder.path().join("survey/trajectory.csv"),
+        "longitude_deg",
+    );
+    let output = run(
+        &["calibrate", "survey/survey.toml", "--out", "out"],
+        folder.path(),
+    );
+    assert_eq!(output.status.code(), Some(2));
+    let said = words(&output);
+    assert!(
+        said.contains("trajectory.csv") && said.contains("km from [site] origin"),
+        "{said}"
+    );
+    assert!(!folder.path().join("out").exists());
+}

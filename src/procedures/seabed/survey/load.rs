@@ -59,6 +59,9 @@ const OF_RECORDERS: &[[&str; 2]] = &[
     ["trajectory", "leap_seconds"],
 ];
 
+/// A survey does not reach farther from its origin, metres.
+const FAR_M: f64 = 50e3;
+
 /// Reads a seabed survey file and every file that it names.
 ///
 /// # Errors
@@ -114,6 +117,7 @@ fn of_columns(path: &Path, text: &str, folder: &Path) -> Result<LoadedSeabed, Su
     let mut scene = scene(&file, records, &profiles, tide, &observed);
     one_each(&mut scene, &profiles);
     none_of(clock_problems(&scene, &observed, &soundings))?;
+    none_of(Vec::from_iter(far_from_the_site(&scene, &trajectory)))?;
     notes.extend(tide::noted(&file, folder, &scene)?);
     notes.extend(uncovered(&scene));
     Ok(LoadedSeabed {
@@ -325,6 +329,21 @@ fn line_problems(document: &Document<'_>, file: &SeabedSurveyFile) -> Vec<Proble
         }
     }
     problems
+}
+
+/// A trajectory that lies nowhere near the origin of the survey file: another site, or a sign of a longitude.
+fn far_from_the_site(scene: &Scene, trajectory: &Path) -> Option<Problem> {
+    let places = scene.trajectory.positions_m();
+    let away_m = places.get(places.len() / 2)?.norm();
+    (away_m > FAR_M).then(|| {
+        let found = format!("positions {:.0} km from [site] origin", 1e-3 * away_m);
+        let expected = format!(
+            "within {:.0} km of it (latitude, longitude and their signs)",
+            1e-3 * FAR_M
+        );
+        let columns = "columns latitude_deg, longitude_deg";
+        Problem::new(trajectory, columns, found, expected)
+    })
 }
 
 /// Clocks that never meet: a line without soundings, or soundings without a trajectory.
