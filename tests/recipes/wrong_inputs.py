@@ -293,6 +293,21 @@ def frd(v):
     return [v[1], v[0], -v[2]]
 
 
+OF_TRAJECTORY = {
+    "positions of 6 decimals": ("trajectory|position|noise|scatter", rows(T, rounded(1e-6, *PLACE[:2]))),
+    "attitude of 1 decimal": ("trajectory|attitude|noise|scatter", rows(T, rounded(0.1, *TURNS))),
+    "heights of 1 decimal": ("trajectory|position|noise|height|scatter", rows(T, rounded(0.1, "height_m"))),
+    "attitude two records late": ("attitude|latency|trajectory|scale", later(2, *TURNS)),
+    "positions two records late": ("latency|trajectory", later(2, *PLACE)),
+    "heights two records late": ("latency|heave|trajectory", later(2, "height_m")),
+    "longitude negated": ("origin|outside|azimuth|heading|mirror", column(T, "longitude_deg", lambda v: -v)),
+    "roll twice as large": ("attitude_scale|roll", column(T, "roll_deg", lambda v: 2 * v)),
+    "height jumps by 0.1 m half-way": ("trajectory|datum|height|line", half_way("height_m", 0.1)),
+    "heading jumps by 0.5 deg half-way": ("heading|trajectory|line|pass", half_way("heading_deg", 0.5)),
+    "across angle from the horizontal": ("angle|share|misfit|unit", column(M, "across_angle_deg", lambda v: math.copysign(90 - abs(v), v))),
+}
+
+
 POOL = {
     "right": (None, None),
     "attitude in radians": ("radian", rows(T, lambda r: angles(r, math.radians))),
@@ -393,17 +408,7 @@ POOL = {
     "wall 10 cm longer than stated": ("face|target|datum|noise|scanner", target(r"wall_length_m = 8.0", "wall_length_m = 7.9")),
     "block legs 5 cm shorter than stated": ("face|target|share|scanner", target(r"block_leg_m = 3.0", "block_leg_m = 3.05")),
     "block height 1 % off": ("face|target|height|scanner", target(r"block_height_m = 1.0", "block_height_m = 1.01")),
-    "positions of 6 decimals": ("trajectory|position|noise|scatter", rows(T, rounded(1e-6, *PLACE[:2]))),
-    "attitude of 1 decimal": ("trajectory|attitude|noise|scatter", rows(T, rounded(0.1, *TURNS))),
-    "heights of 1 decimal": ("trajectory|position|noise|height|scatter", rows(T, rounded(0.1, "height_m"))),
-    "attitude two records late": ("attitude|latency|trajectory|scale", later(2, *TURNS)),
-    "positions two records late": ("latency|trajectory", later(2, *PLACE)),
-    "heights two records late": ("latency|heave|trajectory", later(2, "height_m")),
-    "longitude negated": ("origin|outside|azimuth|heading|mirror", column(T, "longitude_deg", lambda v: -v)),
-    "roll twice as large": ("attitude_scale|roll", column(T, "roll_deg", lambda v: 2 * v)),
-    "height jumps by 0.1 m half-way": ("trajectory|datum|height|line", half_way("height_m", 0.1)),
-    "heading jumps by 0.5 deg half-way": ("heading|trajectory|line|pass", half_way("heading_deg", 0.5)),
-    "across angle from the horizontal": ("angle|share|misfit|unit", column(M, "across_angle_deg", lambda v: math.copysign(90 - abs(v), v))),
+    **OF_TRAJECTORY,
     "depths for ranges": ("range|depth|misfit|share", rows(M, depths)),
     "sounder arm from the sounder to the INS": ("arm|size", key("multibeam", "lever_arm_m", vector(lambda v: [-c for c in v]))),
     "scanner arm from the scanner to the INS": ("scanner", key("lidar", "lever_arm_m", vector(lambda v: [-c for c in v]))),
@@ -711,17 +716,7 @@ SEABED = {
     "angle sigma ten times too small": ("noise|misfit", key("multibeam", "angle_sigma_deg", times(0.1))),
     "range sigma ten times too large": ("noise|misfit", key("multibeam", "range_sigma_m", times(10))),
     "every sounding twice": ("repeat|duplicate|noise", rows(M, lambda r: [r, dict(r)])),
-    "positions of 6 decimals": ("trajectory|position|noise|scatter", rows(T, rounded(1e-6, *PLACE[:2]))),
-    "attitude of 1 decimal": ("trajectory|attitude|noise|scatter", rows(T, rounded(0.1, *TURNS))),
-    "heights of 1 decimal": ("trajectory|position|noise|height|scatter", rows(T, rounded(0.1, "height_m"))),
-    "attitude two records late": ("attitude|latency|trajectory|scale", later(2, *TURNS)),
-    "positions two records late": ("latency|trajectory", later(2, *PLACE)),
-    "heights two records late": ("latency|heave|trajectory", later(2, "height_m")),
-    "longitude negated": ("origin|outside|azimuth|heading|mirror", column(T, "longitude_deg", lambda v: -v)),
-    "roll twice as large": ("attitude_scale|roll", column(T, "roll_deg", lambda v: 2 * v)),
-    "height jumps by 0.1 m half-way": ("trajectory|datum|height|line", half_way("height_m", 0.1)),
-    "heading jumps by 0.5 deg half-way": ("heading|trajectory|line|pass", half_way("heading_deg", 0.5)),
-    "across angle from the horizontal": ("angle|share|misfit|unit", column(M, "across_angle_deg", lambda v: math.copysign(90 - abs(v), v))),
+    **OF_TRAJECTORY,
     "arm from the sounder to the INS": ("arm|prior|heave", key("multibeam", "lever_arm_m", vector(lambda v: [-c for c in v]))),
     "trajectory of another day": ("misfit|prior|scatter|overlap", replaced(T, edit=lambda t: t.replace("period_s = 5.0", "period_s = 6.1"))),
 }
