@@ -4,8 +4,30 @@
 //! A sign that the parameters could take up altogether is tried on surveys that fit as well ([`preferred`]).
 
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
 
+use nalgebra::Vector3;
+
+use crate::math;
 use crate::results::{Finding, Severity, largest};
+
+/// A beam's angle from straight below, of one that was counted from the horizontal, radians, to the same side.
+#[must_use]
+pub fn from_below(angle_rad: f64) -> f64 {
+    (FRAC_PI_2 - angle_rad.abs()).copysign(angle_rad)
+}
+
+/// What a depth below the sounder is along a beam at this angle from straight below, radians.
+#[must_use]
+pub fn along_the_beam(depth: f64, angle_rad: f64) -> f64 {
+    depth / math::cos(angle_rad).max(0.05)
+}
+
+/// A lever arm (right, forward, up) of one given as forward, right, down.
+#[must_use]
+pub fn from_forward_right_down(arm_m: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(arm_m.y, arm_m.x, -arm_m.z)
+}
 
 /// How well a survey fits under an assumption.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,6 +1,6 @@
 //! Discrete mistakes in a pool survey, tried on a thinned set when it does not fit: signs, units, axes, clocks.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
@@ -9,7 +9,9 @@ use super::joint::{self, JointStart, Surfaces};
 use super::run::{CANDIDATE_M, PoolInput, Scanned, Sounded};
 use super::scene::Scene;
 use super::verdict::Refusal;
-use crate::calibrate::verdict::alternatives::best;
+use crate::calibrate::verdict::alternatives::{
+    along_the_beam, best, from_below, from_forward_right_down,
+};
 use crate::calibrate::verdict::{Alternative, Tried};
 use crate::geometry::ellipsoid::{TargetPose, ecef_from_level};
 use crate::math;
@@ -329,18 +331,18 @@ fn of_ranges(survey: &Survey) -> Vec<Mistake> {
             "range_unit",
             "with the ranges taken as depths below the sounder",
             "the ranges look like depths: give the distance along the beam",
-            along_the_beam,
+            from_depths,
         ),
     ]
 }
 
 /// Ranges from depths below the sounder.
-fn along_the_beam(survey: &mut Survey) {
+fn from_depths(survey: &mut Survey) {
     let soundings = &mut survey.campaign.soundings;
     if let SoundingRange::Metres(values) = &mut soundings.range {
         let angles = soundings.across_rad.iter();
         let both = values.iter_mut().zip(angles);
-        both.for_each(|(value, angle)| *value /= math::cos(*angle).max(0.05));
+        both.for_each(|(value, angle)| *value = along_the_beam(*value, *angle));
     }
 }
 
@@ -351,7 +353,8 @@ fn of_axes_and_clocks() -> Vec<Mistake> {
             "with the sounder's lever arm read as forward, right, down",
             "check the axes of the sounder's lever arm: x right, y forward, z up",
             |s| {
-                from_forward_right_down(&mut s.campaign.sonar.lever_arm_m);
+                let arm_m = &mut s.campaign.sonar.lever_arm_m;
+                *arm_m = from_forward_right_down(arm_m);
             },
         ),
         mistake(
@@ -359,7 +362,8 @@ fn of_axes_and_clocks() -> Vec<Mistake> {
             "with the scanner's lever arm read as forward, right, down",
             "check the axes of the scanner's lever arm: x right, y forward, z up",
             |s| {
-                from_forward_right_down(&mut s.campaign.scanner.lever_arm_m);
+                let arm_m = &mut s.campaign.scanner.lever_arm_m;
+                *arm_m = from_forward_right_down(arm_m);
             },
         ),
         mistake(
@@ -485,11 +489,6 @@ fn scale(values: &mut [f64], factor: f64) {
     values.iter_mut().for_each(|value| *value *= factor);
 }
 
-/// An angle from straight below of one from the horizontal, radians, to the same side.
-fn from_below(angle_rad: f64) -> f64 {
-    (FRAC_PI_2 - angle_rad.abs()).copysign(angle_rad)
-}
-
 fn shift(values: &mut [f64], by: f64) {
     values.iter_mut().for_each(|value| *value += by);
 }
@@ -505,10 +504,6 @@ fn scale_ranges(survey: &mut Survey, factor: f64) {
     let (SoundingRange::Metres(values) | SoundingRange::TwoWayTravelTime(values)) =
         &mut survey.campaign.soundings.range;
     scale(values, factor);
-}
-
-fn from_forward_right_down(arm_m: &mut Vector3<f64>) {
-    *arm_m = Vector3::new(arm_m.y, arm_m.x, -arm_m.z);
 }
 
 /// Evenly chosen observations of both sensors.

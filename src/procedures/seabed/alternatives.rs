@@ -1,17 +1,18 @@
 //! Discrete mistakes in a seabed survey, tried on fewer tiles when it does not fit: signs, order, units.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
 use super::config::{JointSettings, SeabedConfig};
 use super::joint::fitted;
 use super::scene::{Scene, Sounding};
-use crate::calibrate::verdict::alternatives::best;
+use crate::calibrate::verdict::alternatives::{
+    along_the_beam, best, from_below, from_forward_right_down,
+};
 use crate::calibrate::verdict::bounds::{Correction, size};
 use crate::calibrate::verdict::{Alternative, Tried};
 use crate::geometry::rotation::{from_attitude, to_attitude};
-use crate::math;
 use crate::observe::{Mounting, Trajectory};
 use crate::results::Finding;
 use crate::watch::Watch;
@@ -196,8 +197,7 @@ fn of_soundings() -> Vec<Mistake> {
             "the beam angles look counted from the horizontal: 0 is straight below the sounder",
             |s| {
                 each(s, |sounding| {
-                    let angle_rad = sounding.across_rad;
-                    sounding.across_rad = (FRAC_PI_2 - angle_rad.abs()).copysign(angle_rad);
+                    sounding.across_rad = from_below(sounding.across_rad);
                 });
             },
         ),
@@ -207,7 +207,7 @@ fn of_soundings() -> Vec<Mistake> {
             "the ranges look like depths: give the distance along the beam",
             |s| {
                 each(s, |sounding| {
-                    sounding.one_way_s /= math::cos(sounding.across_rad).max(0.05);
+                    sounding.one_way_s = along_the_beam(sounding.one_way_s, sounding.across_rad);
                 });
             },
         ),
@@ -234,7 +234,7 @@ fn of_arms() -> Vec<Mistake> {
         arm(
             "with the sounder's lever arm read as forward, right, down",
             |s| {
-                moved(s, |arm_m| Vector3::new(arm_m.y, arm_m.x, -arm_m.z));
+                moved(s, from_forward_right_down);
             },
         ),
         arm(
