@@ -16,6 +16,13 @@ pub fn degrees(radians: f64) -> f64 {
     radians.to_degrees()
 }
 
+/// A value rounded to so many figures.
+#[must_use]
+pub fn to_figures(value: f64, figures: usize) -> f64 {
+    let decimals = figures.saturating_sub(1);
+    format!("{value:.decimals$e}").parse().unwrap_or(value)
+}
+
 /// An angle wrapped into (-pi, pi], radians.
 #[must_use]
 pub fn wrap_angle(angle_rad: f64) -> f64 {

@@ -3,8 +3,9 @@
 //! A column that was rounded to steps of `s` errs by `s / sqrt(12)`, and on a boat that turns slowly by the same for many records: noise that no
 //! survey file states, and that no test tells from a fault of the sensor. The steps themselves are exact, and are looked for.
 
+use crate::formats::TrajectoryRecords;
 use crate::math;
-use crate::units::degrees;
+use crate::units::{degrees, to_figures};
 
 /// Metres of a degree of a meridian or of the equator, near enough for rounding.
 const DEGREE_M: f64 = 111_200.0;
@@ -14,6 +15,9 @@ const LEAST: f64 = 1e-4;
 const DECIMALS: i32 = 9;
 /// A multiple of a step may be off by this part of the step, and by this part of the sigma: values went through radians and back.
 const SLACK: (f64, f64) = (1e-4, 0.05);
+
+/// Figures that leave out the last bits.
+const CLEAN: usize = 7;
 
 /// A column as the survey's file has it.
 struct Column<'a> {
@@ -25,11 +29,19 @@ struct Column<'a> {
     in_sigma: f64,
 }
 
-/// Positions of a trajectory, radians and metres, against their white noise.
-pub(crate) fn of_places(
-    [latitude_rad, longitude_rad, height_m]: [&[f64]; 3],
-    sigma_m: f64,
+/// All columns of a trajectory against the white noise of its positions, of roll and pitch, and of the heading.
+pub(crate) fn of_trajectory(
+    records: &TrajectoryRecords,
+    position_m: f64,
+    angles_rad: [f64; 2],
 ) -> Vec<String> {
+    let mut said = of_places(records.places(), position_m);
+    said.extend(of_attitude(records.angles(), angles_rad));
+    said
+}
+
+/// Positions of a trajectory, radians and metres, against their white noise.
+fn of_places([latitude_rad, longitude_rad, height_m]: [&[f64]; 3], sigma_m: f64) -> Vec<String> {
     let geodetic = |name, values, in_sigma| Column {
         name,
         values,
@@ -79,8 +91,8 @@ impl Column<'_> {
         let rounding = step * self.in_sigma / 12.0_f64.sqrt();
         Some(format!(
             "{name} comes in steps of {step}: rounding alone errs by {} {unit}, more than {key} = {}; write more decimals",
-            two_figures(rounding),
-            rounded(sigma)
+            to_figures(rounding, 2),
+            to_figures(sigma, CLEAN)
         ))
     }
 
@@ -95,7 +107,7 @@ impl Column<'_> {
         let mut large = steps.take_while(|step| errs(*step));
         large
             .find(|step| self.is_of_steps(*step, sigma.max(LEAST)))
-            .map(rounded)
+            .map(|step| to_figures(step, CLEAN))
     }
 
     fn is_of_steps(&self, step: f64, sigma: f64) -> bool {
@@ -106,15 +118,6 @@ impl Column<'_> {
         };
         self.values.iter().all(|value| off(value) < slack)
     }
-}
-
-fn two_figures(value: f64) -> f64 {
-    format!("{value:.1e}").parse().unwrap_or(value)
-}
-
-/// Without the last bits.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.6e}").parse().unwrap_or(value)
 }
 
 #[cfg(test)]

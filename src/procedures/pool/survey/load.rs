@@ -416,12 +416,12 @@ fn compose(
     on_reading.append(&mut soundings.notes);
     let section = &file.trajectory;
     let noise = section.noise();
-    on_reading.extend(decimals::of_places(trajectory.places(), noise.position_m));
-    let sigmas = [noise.roll_pitch_rad, noise.heading_rad];
-    on_reading.extend(decimals::of_attitude(trajectory.angles(), sigmas));
+    let angles_rad = [noise.roll_pitch_rad, noise.heading_rad];
+    let coarse = decimals::of_trajectory(&trajectory, noise.position_m, angles_rad);
+    on_reading.extend(coarse);
     let trajectory = trajectory.into_trajectory(
         file.target.ellipsoid,
-        section.noise(),
+        noise,
         section.max_gap_s,
         section.outside.into(),
     );

@@ -177,10 +177,8 @@ fn last_before(scene: &mut Scene, casts: &[(Option<f64>, SoundSpeedProfile)]) ->
 /// Columns of the trajectory whose rounding errs by more than is stated.
 fn coarse(file: &SeabedSurveyFile, records: &TrajectoryRecords) -> Vec<String> {
     let ins = file.ins();
-    let mut said = decimals::of_places(records.places(), ins.position_m);
-    let sigmas = [ins.roll_pitch_rad, ins.heading_rad];
-    said.extend(decimals::of_attitude(records.angles(), sigmas));
-    said
+    let angles_rad = [ins.roll_pitch_rad, ins.heading_rad];
+    decimals::of_trajectory(records, ins.position_m, angles_rad)
 }
 
 /// A survey of recorder files.

@@ -13,7 +13,7 @@ use super::filled::Given;
 use crate::formats::TrajectoryRecords;
 use crate::math;
 use crate::stats::robust::mad_sigma;
-use crate::units::{degrees, wrap_angle};
+use crate::units::{degrees, to_figures, wrap_angle};
 
 /// Standard deviation of a third difference over that of one record, squared.
 const OF_FOUR: f64 = 20.0;
@@ -46,7 +46,7 @@ pub(super) fn measured(
             continue;
         };
         let floor = LEAST * *held;
-        *held = rounded(found.max(floor));
+        *held = to_figures(found.max(floor), 2);
         let words = format!("{key} = {held}");
         match found < floor {
             true => least.push(words),
@@ -96,11 +96,6 @@ fn found(records: &TrajectoryRecords) -> [(&'static str, Option<f64>); 3] {
             turned(&records.heading_rad, degrees(1.0)),
         ),
     ]
-}
-
-/// Two figures.
-fn rounded(sigma: f64) -> f64 {
-    format!("{sigma:.1e}").parse().unwrap_or(sigma)
 }
 
 /// Standard deviation of the white noise in a column; nothing of one that was interpolated or rounded, or is short.
