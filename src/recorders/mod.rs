@@ -16,6 +16,6 @@ pub mod own_solution;
 pub mod recording;
 
 pub use collect::Recorded;
-pub use navigation::{Heights, Navigation, navigation};
+pub use navigation::{Fixes, Heights, Navigation, navigation};
 pub use observed::Observed;
 pub use own_solution::{Agreement, Choice, against_own_solution};

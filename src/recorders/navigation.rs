@@ -54,8 +54,25 @@ fn lacking(what: &str, supplied_by: &str) -> Lacking {
 pub struct Navigation {
     /// Poses of the reference point, one at each sample of attitude.
     pub records: TrajectoryRecords,
+    /// The positions between which its own were interpolated.
+    pub fixes: Option<Fixes>,
     /// What was done.
     pub notes: Vec<String>,
+}
+
+/// Positions of the reference point as they were recorded.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fixes {
+    /// Seconds.
+    pub time_s: Vec<f64>,
+    /// Radians.
+    pub latitude_rad: Vec<f64>,
+    /// Radians.
+    pub longitude_rad: Vec<f64>,
+    /// Above the ellipsoid, metres; zeros where none is recorded.
+    pub height_m: Vec<f64>,
+    /// Whether the heights between them follow the heave, and have its noise as well.
+    pub with_heave: bool,
 }
 
 /// Positions further apart than this do not carry the waves: the heave does, seconds.
@@ -91,7 +108,12 @@ pub fn navigation(recorded: &Recorded, wanted: &Wanted) -> Result<Navigation, Ve
         let what = "positions at the times of the attitude";
         return Err(vec![lacking(what, "files of one recording")]);
     }
-    Ok(Navigation { records, notes })
+    let fixes = Some(track.fixes(heave.is_some()));
+    Ok(Navigation {
+        records,
+        fixes,
+        notes,
+    })
 }
 
 fn missing(recorded: &Recorded, wanted: &Wanted) -> Vec<Lacking> {
@@ -167,6 +189,17 @@ impl Track {
             places,
             interval_s,
             longest_s: wanted.max_gap_s.max(2.5 * interval_s),
+        }
+    }
+
+    fn fixes(&self, with_heave: bool) -> Fixes {
+        let column = |of: fn(&Geodetic) -> f64| self.places.iter().map(of).collect();
+        Fixes {
+            time_s: self.time_s.clone(),
+            latitude_rad: column(|place| place.latitude_rad),
+            longitude_rad: column(|place| place.longitude_rad),
+            height_m: column(|place| place.height_m),
+            with_heave,
         }
     }
 

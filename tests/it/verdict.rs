@@ -69,7 +69,7 @@ fn bound(verdict: &Verdict, code: &str, nth: usize) -> (Vec<f64>, Vec<f64>) {
 fn one_step_estimates_what_was_put_in() {
     type Spoil = fn(&mut Campaign);
     let before = verdict(THREE, |_| {});
-    let cases: [(&str, usize, f64, Spoil); 9] = [
+    let cases: [(&str, usize, f64, Spoil); 10] = [
         ("latency", 0, 0.002, |c| {
             shifted(&mut c.soundings.time_s, 0.002);
         }),
@@ -94,6 +94,13 @@ fn one_step_estimates_what_was_put_in() {
         ("attitude_scale", 1, -0.01, |c| {
             scaled(&mut c.trajectory.pitch_rad, 1.01);
         }),
+        ("attitude_latency", 0, 0.002, |c| {
+            let times_s = c.trajectory.time_s.clone();
+            let record = &mut c.trajectory;
+            later(&times_s, &mut record.roll_rad, 0.002);
+            later(&times_s, &mut record.pitch_rad, 0.002);
+            later(&times_s, &mut record.heading_rad, 0.002);
+        }),
         ("heading_offset", 0, 5e-4, |c| {
             shifted(&mut c.trajectory.heading_rad, 5e-4);
         }),
@@ -111,6 +118,14 @@ fn one_step_estimates_what_was_put_in() {
             !free || (moved - size).abs() < 0.1 * size.abs() + 0.64 * sigma[component],
             "{code} {component}: {moved} of {size}"
         );
+    }
+}
+
+/// Each record shows what the record before it came to so much earlier.
+fn later(times_s: &[f64], values: &mut [f64], by_s: f64) {
+    for k in (1..values.len()).rev() {
+        let rate = (values[k] - values[k - 1]) / (times_s[k] - times_s[k - 1]);
+        values[k] -= rate * by_s;
     }
 }
 

@@ -15,6 +15,7 @@ pub const CODES: &[&str] = &[
     "laser_range_offset",
     "scanner_mounting",
     "attitude_scale",
+    "attitude_latency",
     "attitude_offset",
     "heading_offset",
     "mounting_of_pass",

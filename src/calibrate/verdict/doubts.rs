@@ -98,6 +98,17 @@ impl Doubt {
     }
 }
 
+/// Roll, pitch and heading on another clock than the positions.
+#[must_use]
+pub fn late_attitude() -> Doubt {
+    Doubt::single(
+        "attitude_latency",
+        "the attitude's time stamps look later than those of the positions",
+        Unit::Second,
+        "check that positions and attitude are stamped by one clock, and the delay of the motion sensor and of each message; an INS' own log holds both",
+    )
+}
+
 /// Appends a doubt to a list; its first column among all of the list.
 pub fn append(list: &mut Vec<Doubt>, doubt: Doubt) -> usize {
     let first = list.iter().map(|doubt| doubt.components.len()).sum();

@@ -483,6 +483,11 @@ impl Sight {
     pub(super) fn by_delay(&self, motion: &Motion) -> f64 {
         -(self.normal.dot(&motion.velocity) + self.attitude.dot(&motion.rate))
     }
+
+    /// Derivative by the delay of the attitude's records alone, metres per second.
+    pub(super) fn by_attitude_delay(&self, motion: &Motion) -> f64 {
+        self.attitude.dot(&motion.rate)
+    }
 }
 
 /// A sounding's condition.

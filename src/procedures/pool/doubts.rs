@@ -6,6 +6,7 @@
 //! | unknown | column |
 //! |---|---|
 //! | stamps late | `-(n . v + a . w)`, velocity `v`, rate `w` of the body |
+//! | attitude late | `a . w` |
 //! | position of the body | `n` |
 //! | attitude in the level frame | `R a` |
 //! | scale of roll | `roll a . y`; of pitch `pitch a . x'`, `x'` the pitch axis |
@@ -24,7 +25,7 @@ use super::planes::PASS_GAP_S;
 use super::scene::Scene;
 use super::ties::TieSet;
 use crate::adjust::{ChainState, Component, Row, ScoreColumns, Solved, Unit};
-use crate::calibrate::verdict::doubts::append;
+use crate::calibrate::verdict::doubts::{append, late_attitude};
 use crate::calibrate::verdict::{Alternative, Doubt};
 use crate::geometry::rotation::{from_attitude, log, to_attitude};
 use crate::math;
@@ -94,6 +95,7 @@ struct Columns {
     scanner: Option<usize>,
     /// Scale of roll and pitch, and what each takes from the other.
     attitude: Option<usize>,
+    attitude_latency: Option<usize>,
     level: Option<usize>,
     heading: Option<usize>,
     /// Per pass.
@@ -217,6 +219,7 @@ impl<'a> Doubts<'a> {
         let components = scales.map(|name| Component::new(name, Unit::One)).to_vec();
         self.columns.attitude =
             self.add(Doubt::several("attitude_scale", what, components, advice));
+        self.columns.attitude_latency = self.add(late_attitude());
         let level = ["about east of the target", "about north of the target"];
         let what = "the attitude is not level";
         let advice = "check the motion sensor's level";
@@ -281,7 +284,13 @@ impl<'a> Doubts<'a> {
     }
 
     /// Columns that both sensors share: those of the body's motion, of the passes' datum and of the face.
-    fn shared(&self, sight: &Sight, stamp_s: f64, face: u16, push: &mut dyn FnMut(usize, f64)) {
+    fn shared(
+        &self,
+        (sight, motion): (&Sight, Option<&Motion>),
+        stamp_s: f64,
+        face: u16,
+        push: &mut dyn FnMut(usize, f64),
+    ) {
         if let Some(first) = self.columns.attitude {
             let turn = sight.rotation.tr_mul(&sight.attitude);
             let (roll, pitch, _) = to_attitude(&sight.rotation);
@@ -291,6 +300,8 @@ impl<'a> Doubts<'a> {
             push(first + 2, turn.y * pitch);
             push(first + 3, by_pitch * roll);
         }
+        let late = || motion.map_or(0.0, |motion| sight.by_attitude_delay(motion));
+        push_one(self.columns.attitude_latency, late, push);
         if let Some(first) = self.columns.level {
             push(first, sight.attitude.x);
             push(first + 1, sight.attitude.y);
@@ -320,11 +331,9 @@ impl<'a> Doubts<'a> {
         let by_beam = seen.adjusted.partials.jacobian.tr_mul(&seen.in_sensor);
         let [across_rad, ..] = self.scene.campaign.soundings.measured(tie.row as usize);
         let gradient = || -seen.by_range * (sight.rotation * sight.turned).z / 20.0;
-        push_one(
-            columns.latency,
-            || late(sight, motions.at(&seen.pose)),
-            push,
-        );
+        let motion = motions.at(&seen.pose);
+        let motion = motion.as_ref();
+        push_one(columns.latency, || late(sight, motion), push);
         push_one(columns.range_scale, || seen.by_range, push);
         push_one(columns.range_offset, || by_beam.x, push);
         let across_rad = across_rad + seen.adjusted.correction.y;
@@ -333,7 +342,7 @@ impl<'a> Doubts<'a> {
         if let Some(first) = columns.mounting[self.passes.at(seen.stamp_s)] {
             push_mounting(first, sight, push);
         }
-        self.shared(sight, seen.stamp_s, tie.face, push);
+        self.shared((sight, motion), seen.stamp_s, tie.face, push);
         Some(())
     }
 
@@ -351,13 +360,14 @@ impl<'a> Doubts<'a> {
         }
         let seen = self.returns.seen(k, eyes, chain)?;
         let (sight, columns) = (&seen.sight, &self.columns);
-        let late = || late(sight, motions.at(&seen.pose));
-        push_one(columns.returns_latency, late, push);
+        let motion = motions.at(&seen.pose);
+        let motion = motion.as_ref();
+        push_one(columns.returns_latency, || late(sight, motion), push);
         push_one(columns.returns_range, || seen.by_range, push);
         if let Some(first) = columns.scanner {
             push_mounting(first, sight, push);
         }
-        self.shared(sight, seen.stamp_s, face, push);
+        self.shared((sight, motion), seen.stamp_s, face, push);
         Some(())
     }
 
@@ -378,8 +388,8 @@ struct Look<'a> {
 }
 
 /// Derivative by the delay of the stamps, metres per second; zero at the ends of the trajectory.
-fn late(sight: &Sight, motion: Option<Motion>) -> f64 {
-    motion.map_or(0.0, |motion| sight.by_delay(&motion))
+fn late(sight: &Sight, motion: Option<&Motion>) -> f64 {
+    motion.map_or(0.0, |motion| sight.by_delay(motion))
 }
 
 fn push_one(column: Option<usize>, value: impl FnOnce() -> f64, push: &mut dyn FnMut(usize, f64)) {

@@ -9,6 +9,7 @@
 //! | heading | the same turn; beside the yaw only the lever arm tells of it, as far as that is known |
 //! | latency of a further head | what the common latency moves it by, of that head's soundings |
 //! | scale of the beam angle | `range angle d(ray)/d(angle)` at the adjusted angle |
+//! | attitude late | how fast the body's turning moves it |
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -19,7 +20,7 @@ use super::normal::Normal;
 use super::scene::{Head, Line, Scene};
 use super::states;
 use crate::adjust::{Component, Unit};
-use crate::calibrate::verdict::doubts::test_of;
+use crate::calibrate::verdict::doubts::{late_attitude, test_of};
 use crate::calibrate::verdict::{Doubt, Doubted};
 use crate::geometry::rotation::to_attitude;
 use crate::units::wrap_angle;
@@ -32,8 +33,8 @@ const ANGLES: [(&str, states::Component, f64, &str); 3] = [
 ];
 /// Columns of one line: the angles, east and north.
 const OF_LINE: usize = ANGLES.len() + 2;
-/// Columns of the whole survey: the angles' drifts and scales, the heading, the beam angle's scale.
-const OF_ALL: usize = 2 * ANGLES.len() + 2;
+/// Columns of the whole survey: the angles' drifts and scales, the heading, the beam angle's scale, the attitude's latency.
+const OF_ALL: usize = 2 * ANGLES.len() + 3;
 
 /// Where the columns of the doubts stand among the unknowns, and when the survey was.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,7 +97,11 @@ impl Doubts {
         let drifts = turns.map(|moved| moved * part);
         let swing = swing(&located.rotation, &self.means[line]);
         let scales = [0, 1, 2].map(|k| turns[k] * swing[k]);
-        let all = [turns[2], located.angle_scale_column(adjusted)];
+        let all = [
+            turns[2],
+            located.angle_scale_column(adjusted),
+            located.attitude_latency_column(adjusted),
+        ];
         let late = located.latency_column(adjusted);
         let each = (own.chain(drifts).chain(scales)).chain(all).chain([late]);
         self.columns_of(line, head).zip(each)
@@ -241,7 +246,7 @@ fn of_all() -> Vec<Doubt> {
     ANGLES
         .map(drift)
         .into_iter()
-        .chain([scales, heading, scale])
+        .chain([scales, heading, scale, late_attitude()])
         .collect()
 }
 
@@ -274,17 +279,20 @@ mod tests {
         write::scene(&write::survey_file(&scenario, &survey), &scenario, &survey)
     }
 
-    /// The scene with the unknown of column `k` at `by`: of line 2's own, or of the whole survey's.
-    fn spoiled(scene: &Scene, doubts: &Doubts, (own, k): (bool, usize), by: f64) -> Scene {
+    /// The scene with the unknown of a column at `by`: of line 2's own, or of the whole survey's.
+    fn spoiled(scene: &Scene, doubts: &Doubts, (own, column): (bool, usize), by: f64) -> Scene {
         let own = own.then(|| scene.lines[1].clone());
-        let turn = |time_s: f64, attitude: &Matrix3<f64>| match (&own, k) {
-            (Some(_), 0..3) => (k, by),
-            (None, 0..3) => (k, by * (time_s - doubts.middle_s) / doubts.span_s),
-            (None, 3..6) => (k - 3, by * swing(attitude, &doubts.means[1])[k - 3]),
+        let turn = |time_s: f64, attitude: &Matrix3<f64>| match (&own, column) {
+            (Some(_), 0..3) => (column, by),
+            (None, 0..3) => (column, by * (time_s - doubts.middle_s) / doubts.span_s),
+            (None, 3..6) => (
+                column - 3,
+                by * swing(attitude, &doubts.means[1])[column - 3],
+            ),
             (None, 6) => (2, by),
             _ => (0, 0.0),
         };
-        let shift = match (&own, k) {
+        let shift = match (&own, column) {
             (Some(_), 3) => Vector3::new(by, 0.0, 0.0),
             (Some(_), 4) => Vector3::new(0.0, by, 0.0),
             _ => Vector3::zeros(),
@@ -292,17 +300,23 @@ mod tests {
         let axes = [Vector3::y(), Vector3::x(), -Vector3::z()];
         let record = &scene.trajectory;
         let (mut positions, mut attitudes) = (vec![], vec![]);
-        for (k, time_s) in record.times_s().iter().enumerate() {
-            let on = (own.as_ref()).is_none_or(|l| (l.start_s..=l.end_s).contains(time_s));
-            let (axis, angle) = turn(*time_s, &record.attitudes()[k]);
+        for (k, time_s) in record.times_s().iter().copied().enumerate() {
+            let on = (own.as_ref()).is_none_or(|l| (l.start_s..=l.end_s).contains(&time_s));
+            let (axis, angle) = turn(time_s, &record.attitudes()[k]);
             let part = f64::from(u8::from(on));
             positions.push(record.positions_m()[k] + shift * part);
-            attitudes.push(record.attitudes()[k] * exp(&(axes[axis] * angle * part)));
+            let seen = if own.is_none() && column == 8 {
+                let later = record.pose_at(time_s + by);
+                later.map_or(record.attitudes()[k], |pose| pose.rotation)
+            } else {
+                record.attitudes()[k]
+            };
+            attitudes.push(seen * exp(&(axes[axis] * angle * part)));
         }
         let mut spoiled = scene.clone();
         let times = record.times_s().to_vec();
         spoiled.trajectory = Trajectory::new(times, positions, attitudes, None, f64::INFINITY);
-        if own.is_none() && k == 7 {
+        if own.is_none() && column == 7 {
             for sounding in &mut spoiled.soundings {
                 sounding.across_rad *= 1.0 + by;
             }

@@ -463,8 +463,13 @@ impl Located {
     /// Derivative with respect to a latency of the stamps.
     #[must_use]
     pub fn latency_column(&self, adjusted: &Adjusted) -> Vector3<f64> {
-        let body = self.rotation.tr_mul(&self.adjusted_ray(adjusted)) + self.lever_arm_m;
-        -(self.velocity_m_s + self.turning * body)
+        -(self.velocity_m_s + self.attitude_latency_column(adjusted))
+    }
+
+    /// Derivative with respect to a latency of the attitude's records alone.
+    #[must_use]
+    pub fn attitude_latency_column(&self, adjusted: &Adjusted) -> Vector3<f64> {
+        self.turning * (self.rotation.tr_mul(&self.adjusted_ray(adjusted)) + self.lever_arm_m)
     }
 
     /// Derivative with respect to one component of the trajectory's error.

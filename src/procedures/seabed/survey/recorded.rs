@@ -71,7 +71,11 @@ pub(super) fn load(
     let external = external::read(&file, folder, &observed)?;
     none_of(lines(path, &mut file, &given, &names, &observed))?;
     let navigation = match external {
-        Some(External { records, notes }) => Navigation { records, notes },
+        Some(External { records, notes }) => Navigation {
+            records,
+            notes,
+            fixes: None,
+        },
         None => navigation::own(
             first_of(&paths),
             &observed.recorded,
@@ -79,7 +83,8 @@ pub(super) fn load(
         )?,
     };
     notes.extend(navigation.notes);
-    let said = white::measured(&mut file.trajectory, &mut given, &navigation.records);
+    let shown = (&navigation.records, navigation.fixes.as_ref());
+    let said = white::measured(&mut file.trajectory, &mut given, shown);
     notes.extend(said);
     let casts = casts(&file, folder, &observed, &paths)?;
     let mut named = names;

@@ -4,6 +4,7 @@
 //! times its own variance; a swell of amplitude `a` and angular rate `w` at a spacing `d` at most `a (w d)^3`, 4e-6 deg of 2 deg in 5 s at a hundred
 //! records a second, 4e-3 at ten. Motion and jumps only add. What would hide noise is refused: columns that were interpolated or rounded have
 //! third differences that are mostly nothing and seldom much, unlike those of noise, whose median tells the same sigma as their mean square.
+//! Positions between which a recorder's own navigation was interpolated are looked at as they were recorded.
 //!
 //! An INS whose output is smoothed errs by more than it shows here, but then by the same from record to record, which is its drift. That it has no
 //! white noise at all is not believed: at least a tenth of an ordinary installation's is taken.
@@ -12,6 +13,7 @@ use super::file::TrajectorySection;
 use super::filled::Given;
 use crate::formats::TrajectoryRecords;
 use crate::math;
+use crate::recorders::Fixes;
 use crate::stats::robust::mad_sigma;
 use crate::units::{degrees, to_figures, wrap_angle};
 
@@ -33,10 +35,10 @@ const EARTH_M: f64 = 6.371e6;
 pub(super) fn measured(
     section: &mut TrajectorySection,
     given: &mut Given,
-    records: &TrajectoryRecords,
+    (records, fixes): (&TrajectoryRecords, Option<&Fixes>),
 ) -> Vec<String> {
     let (mut shown, mut least) = (vec![], vec![]);
-    for (key, found) in found(records) {
+    for (key, found) in found(records, fixes) {
         let held = match key {
             "position_sigma_m" => &mut section.position_sigma_m,
             "roll_pitch_sigma_deg" => &mut section.roll_pitch_sigma_deg,
@@ -67,35 +69,55 @@ pub(super) fn measured(
 }
 
 /// The noise of each key that the records show, metres and degrees.
-fn found(records: &TrajectoryRecords) -> [(&'static str, Option<f64>); 3] {
-    let of = |x: &[f64], unit: f64| {
-        let third = |x: &[f64]| x[3] - x[0] + 3.0 * (x[1] - x[2]);
-        scatter(&records.time_s, x, third).map(|sigma| unit * sigma)
-    };
-    // a full circle is no noise
-    let turned = |x: &[f64], unit: f64| {
-        let third = |x: &[f64]| wrap_angle(x[3] - x[0] + 3.0 * (x[1] - x[2]));
-        scatter(&records.time_s, x, third).map(|sigma| unit * sigma)
-    };
-    let latitude_rad = records.latitude_rad.get(records.len() / 2);
-    let east_m = latitude_rad.map_or(EARTH_M, |latitude| EARTH_M * math::cos(*latitude));
-    let larger = |a: Option<f64>, b: Option<f64>| Some(a?.max(b?));
-    let level = larger(
-        turned(&records.longitude_rad, east_m),
-        of(&records.latitude_rad, EARTH_M),
-    );
-    let [roll, pitch] = [&records.roll_rad, &records.pitch_rad].map(|x| of(x, degrees(1.0)));
+fn found(records: &TrajectoryRecords, fixes: Option<&Fixes>) -> [(&'static str, Option<f64>); 3] {
+    let angle = |x: &[f64]| turned(&records.time_s, x).map(degrees);
+    let roll_pitch = larger(angle(&records.roll_rad), angle(&records.pitch_rad));
     [
-        (
-            "position_sigma_m",
-            larger(level, of(&records.height_m, 1.0)),
-        ),
-        ("roll_pitch_sigma_deg", larger(roll, pitch)),
-        (
-            "heading_sigma_deg",
-            turned(&records.heading_rad, degrees(1.0)),
-        ),
+        ("position_sigma_m", position_m(records, fixes)),
+        ("roll_pitch_sigma_deg", roll_pitch),
+        ("heading_sigma_deg", angle(&records.heading_rad)),
     ]
+}
+
+/// The largest of the three components' noise, metres.
+fn position_m(records: &TrajectoryRecords, fixes: Option<&Fixes>) -> Option<f64> {
+    let own = |records: &TrajectoryRecords| straight(&records.time_s, &records.height_m);
+    let Some(fixes) = fixes else {
+        let places = (&records.latitude_rad[..], &records.longitude_rad[..]);
+        return larger(level_m(&records.time_s, places), own(records));
+    };
+    let places = (&fixes.latitude_rad[..], &fixes.longitude_rad[..]);
+    let heights = straight(&fixes.time_s, &fixes.height_m);
+    let fixed = larger(level_m(&fixes.time_s, places), heights);
+    match fixes.with_heave {
+        true => larger(fixed, own(records)),
+        false => fixed,
+    }
+}
+
+/// The larger noise of north and east, metres.
+fn level_m(time_s: &[f64], (latitude_rad, longitude_rad): (&[f64], &[f64])) -> Option<f64> {
+    let about = latitude_rad.get(latitude_rad.len() / 2)?;
+    let east = turned(time_s, longitude_rad)? * math::cos(*about);
+    larger(Some(east), straight(time_s, latitude_rad)).map(|noise| EARTH_M * noise)
+}
+
+fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    Some(a?.max(b?))
+}
+
+fn straight(time_s: &[f64], x: &[f64]) -> Option<f64> {
+    scatter(time_s, x, third)
+}
+
+/// The same of angles: a full circle is no noise.
+fn turned(time_s: &[f64], x: &[f64]) -> Option<f64> {
+    scatter(time_s, x, |x| wrap_angle(third(x)))
+}
+
+/// Third difference of four.
+fn third(x: &[f64]) -> f64 {
+    x[3] - x[0] + 3.0 * (x[1] - x[2])
 }
 
 /// Standard deviation of the white noise in a column; nothing of one that was interpolated or rounded, or is short.
@@ -163,13 +185,21 @@ mod tests {
     }
 
     fn measured_of(records: &TrajectoryRecords, keys: &[usize]) -> ([f64; 3], Vec<String>) {
+        measured_with(records, None, keys)
+    }
+
+    fn measured_with(
+        records: &TrajectoryRecords,
+        fixes: Option<&Fixes>,
+        keys: &[usize],
+    ) -> ([f64; 3], Vec<String>) {
         let mut section = section();
         let assumed = keys.iter().map(|k| ORDINARY[*k]).collect();
         let mut given = Given {
             assumed,
             ..Given::default()
         };
-        let said = measured(&mut section, &mut given, records);
+        let said = measured(&mut section, &mut given, (records, fixes));
         let sigmas = [
             section.position_sigma_m,
             section.roll_pitch_sigma_deg,
@@ -204,6 +234,49 @@ mod tests {
         assert_eq!(few, ORDINARY.map(|(_, sigma)| sigma));
         let (stated, _) = measured_of(&sailed(0.01, 20_000), &[1]);
         assert_eq!(stated[0], 0.01);
+    }
+
+    /// Positions twenty times a second between which the recorder's own navigation is interpolated, and those positions.
+    fn interpolated() -> (TrajectoryRecords, Fixes) {
+        let mut records = sailed(0.01, 20_000);
+        let fifth = |x: &[f64]| x.iter().step_by(5).copied().collect::<Vec<f64>>();
+        let fixes = Fixes {
+            time_s: fifth(&records.time_s),
+            latitude_rad: fifth(&records.latitude_rad),
+            longitude_rad: fifth(&records.longitude_rad),
+            height_m: fifth(&records.height_m),
+            with_heave: false,
+        };
+        let between = |x: &[f64]| -> Vec<f64> {
+            let at = |k: usize| {
+                let (a, part) = (k / 5, (k % 5) as f64 / 5.0);
+                x[a] + part * (x[(a + 1).min(x.len() - 1)] - x[a])
+            };
+            (0..20_000).map(at).collect()
+        };
+        records.latitude_rad = between(&fixes.latitude_rad);
+        records.longitude_rad = between(&fixes.longitude_rad);
+        records.height_m = between(&fixes.height_m);
+        (records, fixes)
+    }
+
+    #[test]
+    fn positions_are_looked_at_before_they_were_interpolated_and_heave_beside_them() {
+        let (mut records, mut fixes) = interpolated();
+        let (unknown, _) = measured_of(&records, &[0]);
+        assert_eq!(unknown[0], 0.01);
+        // 4000 differences that are correlated over four know a sigma to 2 %, the largest of three to 4 %
+        let (sigmas, said) = measured_with(&records, Some(&fixes), &[0]);
+        assert!((sigmas[0] - 0.004).abs() < 3e-4, "{sigmas:?} {said:?}");
+        // a heave of 8 mm, and one in centimetres, which does not tell
+        let heave = sailed(0.01, 20_000).height_m;
+        fixes.with_heave = true;
+        records.height_m = heave.iter().map(|h| 2.0 * h).collect();
+        let (sigmas, _) = measured_with(&records, Some(&fixes), &[0]);
+        assert!((sigmas[0] - 0.008).abs() < 3e-4, "{sigmas:?}");
+        records.height_m = heave.iter().map(|h| (h / 0.02).round() * 0.02).collect();
+        let (sigmas, _) = measured_with(&records, Some(&fixes), &[0]);
+        assert_eq!(sigmas[0], 0.01);
     }
 
     /// Positions once a second between which a recorder interpolates, heights in centimetres, an attitude that is smooth.
