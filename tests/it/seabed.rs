@@ -69,7 +69,7 @@ fn the_truth_comes_back_and_the_bytes_do_not_depend_on_threads() {
     let result = json(&folder.path().join("one/result.json"));
     let truth = json(&folder.path().join("survey/truth.json"));
     let bounds = result["verdict"]["bounds"].as_array().expect("bounds");
-    assert_eq!(bounds.len(), 22, "4 of each of 4 lines, 6 of all");
+    assert_eq!(bounds.len(), 23, "4 of each of 4 lines, 7 of all");
     let joint = &result["solutions"]["joint"];
     let off = turn(joint, &truth);
     for k in 0..3 {

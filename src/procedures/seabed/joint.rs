@@ -330,6 +330,30 @@ const FIELD_AGAIN: [usize; 2] = [REDRAW, REDRAW + 2];
 pub(super) const SCATTER: f64 = 1.3;
 /// A step below this, in sigmas, is the end.
 const SMALL_STEP: f64 = 0.03;
+/// How well common warps of a tile are known, coarse and fine passes. The ground is no ruler: waves across the track are rougher along it than the field,
+/// which has no direction, and what a prior of a metre holds of a stretch went into the range scale and, on oblique waves, into yaw. Far off it steadies the steps.
+pub(super) const WARP_SIGMA_M: [f64; 2] = [1.0, 10.0];
+/// A step that is more than this of the one before does not end by itself.
+const SHRINKS: f64 = 0.7;
+/// The least share of a step that is taken.
+const LEAST_SHARE: f64 = 0.125;
+
+/// How much of a step is taken: the weights follow the unknowns, and on smooth ground whole steps can go to and fro between two places.
+struct Damping {
+    share: f64,
+    last_sigmas: f64,
+}
+
+impl Damping {
+    /// Halves the share where the step has not become smaller, nothing else having changed since the one before.
+    fn share_of(&mut self, step_sigmas: f64, changed: bool) -> f64 {
+        if !changed && step_sigmas > SHRINKS * self.last_sigmas {
+            self.share = (0.5 * self.share).max(LEAST_SHARE);
+        }
+        self.last_sigmas = step_sigmas;
+        self.share
+    }
+}
 
 impl<'a> Work<'a> {
     /// Solves for everything.
@@ -524,6 +548,10 @@ impl<'a> Work<'a> {
     fn fine(&mut self) -> Result<(Vec<Tile>, bool), JointError> {
         let mut tiles = vec![];
         let sought = self.sought(true);
+        let mut damping = Damping {
+            share: 1.0,
+            last_sigmas: f64::INFINITY,
+        };
         for pass in 0..self.config.seabed.max_passes {
             self.watch.counted(pass, self.config.seabed.max_passes);
             if pass == 0 || pass == REDRAW {
@@ -541,10 +569,11 @@ impl<'a> Work<'a> {
             let passed = self.pass(&tiles, &sought, COARSE_PASSES + pass)?;
             let tests = pass > 0 && pass != REDRAW;
             let dropped = if tests { self.reject(&passed) } else { 0 };
-            let small =
-                self.note("fine", &tiles, &passed, &sought, dropped) < SMALL_STEP && dropped == 0;
-            self.values = self.values.stepped(&passed.solved.step);
-            if small && pass > FIELD_AGAIN[1] {
+            let step_sigmas = self.note("fine", &tiles, &passed, &sought, dropped);
+            let share = damping.share_of(step_sigmas, pass <= FIELD_AGAIN[1] || dropped > 0);
+            let step: Vec<f64> = passed.solved.step.iter().map(|s| share * s).collect();
+            self.values = self.values.stepped(&step);
+            if pass > FIELD_AGAIN[1] && step_sigmas < SMALL_STEP && dropped == 0 {
                 return Ok((tiles, true));
             }
         }
@@ -565,6 +594,7 @@ impl<'a> Work<'a> {
             states: fine,
             inflation: 1.0,
             warp_m: 4.0 * self.scale,
+            warp_sigma_m: WARP_SIGMA_M[usize::from(fine)],
             doubts: None,
         }
     }

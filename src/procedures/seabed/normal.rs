@@ -37,6 +37,8 @@ pub struct Sought {
     pub inflation: f64,
     /// Length over which common shifts of a tile change, metres.
     pub warp_m: f64,
+    /// How well they are known beforehand, metres.
+    pub warp_sigma_m: f64,
     /// Further unknowns, for their score tests.
     pub doubts: Option<Doubts>,
 }
@@ -222,6 +224,8 @@ pub(super) struct Rows {
     pub adjusted: Vec<Adjusted>,
     jacobian: DMatrix<f64>,
     trace: DVector<f64>,
+    /// Information on each warp beforehand.
+    warp_prior: f64,
 }
 
 impl Rows {
@@ -252,6 +256,7 @@ impl Rows {
             adjusted: (0..count).map(adjusted).collect(),
             jacobian: DMatrix::zeros(count, columns),
             trace: DVector::zeros(columns),
+            warp_prior: sought.warp_sigma_m.powi(-2),
             unknowns,
             found,
         };
@@ -365,11 +370,12 @@ impl Rows {
         }
     }
 
-    /// What takes the warps, known to a metre, out of the unknowns: unknowns by warps.
+    /// What takes the warps out of the unknowns: unknowns by warps.
     fn eliminating(&self, weighted: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let kept = self.unknowns.len();
         let warps = self.jacobian.columns(kept, WARPS);
-        let normal = warps.tr_mul(&weighted.columns(kept, WARPS)) + DMatrix::identity(WARPS, WARPS);
+        let prior = DMatrix::identity(WARPS, WARPS) * self.warp_prior;
+        let normal = warps.tr_mul(&weighted.columns(kept, WARPS)) + prior;
         let coupling = warps.tr_mul(&weighted.columns(0, kept));
         Some(normal.cholesky()?.solve(&coupling).transpose())
     }
@@ -582,4 +588,81 @@ pub fn sandwich_variances(
         });
     }
     variances
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::procedures::seabed::joint::WARP_SIGMA_M;
+    use crate::procedures::seabed::model::Values;
+    use crate::procedures::seabed::simulate::{Acts, simulate};
+    use crate::procedures::seabed::survey::{parse_scenario, write};
+    use crate::procedures::seabed::tiles::Cell;
+
+    /// `seabed-thin` with waves of 0.4 m, 14 m long.
+    fn waves() -> Scene {
+        let text = include_str!("../../../models/scenarios/seabed-thin.toml");
+        let text = text.replace("[bed]", "[bed]\nripple_m = 0.4\nripple_length_m = 14.0");
+        let scenario = parse_scenario(std::path::Path::new("waves"), &text).expect("a scenario");
+        let survey = simulate(&scenario, 1, Acts::NONE);
+        write::scene(&write::survey_file(&scenario, &survey), &scenario, &survey)
+    }
+
+    /// The soundings within 3.5 m of every 150th, east and north.
+    fn tiles(locator: &Locator<'_>) -> Vec<Tile> {
+        let count = locator.scene.soundings.len();
+        let at: Vec<Vector3<f64>> = (0..count)
+            .filter_map(|k| Some(locator.locate(k)?.point_m))
+            .collect();
+        assert_eq!(at.len(), count);
+        let about = |middle: usize| {
+            let near = |k: &u32| (at[*k as usize] - at[middle]).xy().amax() < 3.5;
+            Tile {
+                cell: Cell { east: 0, north: 0 },
+                centre_m: Vector3::new(at[middle].x, at[middle].y, 0.0),
+                members: (0..count as u32).filter(near).collect(),
+                strips: 2,
+            }
+        };
+        let all = (0..count).step_by(150).map(about);
+        all.filter(|tile| tile.members.len() > 30).collect()
+    }
+
+    /// On waves a field without direction would have the ground stretched or shrunk, which is no news of any unknown.
+    #[test]
+    fn a_stretch_of_waves_tells_nothing() {
+        let scene = waves();
+        let states = States::new(&scene.lines, &scene.ins, &scene.drift);
+        let values = Values::nominal(&scene, &states);
+        let locator = Locator::new(&scene, &states, &values).expect("a profile");
+        let parameters = scene.parameters();
+        let sought = Sought {
+            parameters: (0..parameters.len()).map(|k| k == 0).collect(),
+            states: false,
+            inflation: 1.0,
+            warp_m: 4.0,
+            warp_sigma_m: WARP_SIGMA_M[1],
+            doubts: None,
+        };
+        let field = Field {
+            sigma_m: 1.0,
+            length_m: 20.0,
+            noise_factor: 1.0,
+        };
+        let (mut held, mut left) = (0.0, 0.0);
+        for tile in tiles(&locator) {
+            let alive = vec![true; scene.soundings.len()];
+            let placed = Placed::new(&scene, &locator, &tile, &alive);
+            let mut rows = Rows::new(&locator, &placed, &field, &sought, Part::All).expect("rows");
+            // a stretch by one unit to the east in the place of the first unknown
+            let east = rows.unknowns.len() + 2;
+            let stretch = rows.jacobian.column(east) * 4.0;
+            rows.jacobian.set_column(0, &stretch);
+            rows.trace[0] = 4.0 * rows.trace[east];
+            held += (stretch.dot(&rows.found.alpha) + rows.trace[0]).abs();
+            left += rows.without_warps().expect("a score").1[0].abs();
+        }
+        println!("{held} {left}");
+        assert!(left < 0.01 * held, "{left} of {held}");
+    }
 }

@@ -634,7 +634,7 @@ mod tests {
     #[test]
     fn candidates_that_cannot_be_better_are_not_looked_at() {
         let text = include_str!("../../../models/scenarios/seabed-thin.toml");
-        let text = &text.replace("max_tiles = 120", "max_tiles = 60");
+        let text = &text.replace("max_tiles = 120", "max_tiles = 80");
         let looked = std::sync::atomic::AtomicUsize::new(0);
         let ask = PlanAsk {
             keep_passes: true,

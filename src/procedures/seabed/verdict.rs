@@ -128,7 +128,7 @@ fn waves(joint: &Joint) -> Option<Finding> {
         Severity::Finding,
         words,
         "a slope of one in twenty that is smooth over two tiles".to_owned(),
-        "on simulated sand waves the sigmas held, but yaw's was up to 1.3 times too small on some: where that matters, sail another line or other ground",
+        "on simulated sand waves errors were up to 1.15 times what the sigmas say: where that matters, sail another line or other ground",
     ))
 }
 
