@@ -11,7 +11,7 @@ use super::chain::{ChainState, VISIBLE};
 use super::parameters::ParameterSet;
 
 /// Largest number of parameter columns of one condition; one with more is refused by name ([`super::AdjustError::TooManyColumns`]).
-pub const MAX_COLUMNS: usize = 32;
+pub const MAX_COLUMNS: usize = 48;
 
 /// How a condition sees the chain: `weight0 y_k + weight1 y_(k+1)` at interval `k`, through its derivatives by `y`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -398,7 +398,7 @@ mod tests {
         .unwrap_err();
         assert_eq!(
             error.to_string(),
-            "condition 0 of set 0: 33 parameter columns, expected at most 32"
+            "condition 0 of set 0: 49 parameter columns, expected at most 48"
         );
     }
 
