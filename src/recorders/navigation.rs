@@ -61,7 +61,7 @@ pub struct Navigation {
 }
 
 /// Positions of the reference point as they were recorded.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Fixes {
     /// Seconds.
     pub time_s: Vec<f64>,

@@ -481,7 +481,7 @@ impl Sight {
 
     /// Derivative by the delay of the stamps, metres per second.
     pub(super) fn by_delay(&self, motion: &Motion) -> f64 {
-        -(self.normal.dot(&motion.velocity) + self.attitude.dot(&motion.rate))
+        -(self.normal.dot(&motion.velocity) + self.by_attitude_delay(motion))
     }
 
     /// Derivative by the delay of the attitude's records alone, metres per second.

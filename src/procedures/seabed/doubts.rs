@@ -269,15 +269,6 @@ mod tests {
     use crate::geometry::rotation::exp;
     use crate::observe::Trajectory;
     use crate::procedures::seabed::model::{Locator, Values};
-    use crate::procedures::seabed::simulate::{Acts, simulate};
-    use crate::procedures::seabed::survey::{parse_scenario, write};
-
-    fn thin() -> Scene {
-        let text = include_str!("../../../models/scenarios/seabed-thin.toml");
-        let scenario = parse_scenario(std::path::Path::new("thin"), text).expect("a scenario");
-        let survey = simulate(&scenario, 1, Acts::NONE);
-        write::scene(&write::survey_file(&scenario, &survey), &scenario, &survey)
-    }
 
     /// The scene with the unknown of a column at `by`: of line 2's own, or of the whole survey's.
     fn spoiled(scene: &Scene, doubts: &Doubts, (own, column): (bool, usize), by: f64) -> Scene {
@@ -327,7 +318,7 @@ mod tests {
     /// Angles that were recorded with the other sign have a scale of -2 about the mean of the line.
     #[test]
     fn a_line_s_mean_is_that_of_its_records() {
-        let scene = thin();
+        let scene = Scene::thin(str::to_owned);
         let doubts = Doubts::of(&scene);
         for (line, means) in scene.lines.iter().zip(&doubts.means) {
             let record = &scene.trajectory;
@@ -352,7 +343,7 @@ mod tests {
     /// A column is how far a sounding moves when the trajectory, or its beam angle, is changed by the unknown.
     #[test]
     fn columns_are_what_soundings_move_by() {
-        let scene = thin();
+        let scene = Scene::thin(str::to_owned);
         let doubts = Doubts::of(&scene);
         let states = states::States::new(&scene.lines, &scene.ins, &scene.drift);
         let values = Values::nominal(&scene, &states);

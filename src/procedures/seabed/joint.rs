@@ -338,23 +338,6 @@ const SHRINKS: f64 = 0.7;
 /// The least share of a step that is taken.
 const LEAST_SHARE: f64 = 0.125;
 
-/// How much of a step is taken: the weights follow the unknowns, and on smooth ground whole steps can go to and fro between two places.
-struct Damping {
-    share: f64,
-    last_sigmas: f64,
-}
-
-impl Damping {
-    /// Halves the share where the step has not become smaller, nothing else having changed since the one before.
-    fn share_of(&mut self, step_sigmas: f64, changed: bool) -> f64 {
-        if !changed && step_sigmas > SHRINKS * self.last_sigmas {
-            self.share = (0.5 * self.share).max(LEAST_SHARE);
-        }
-        self.last_sigmas = step_sigmas;
-        self.share
-    }
-}
-
 impl<'a> Work<'a> {
     /// Solves for everything.
     fn solved(
@@ -548,10 +531,8 @@ impl<'a> Work<'a> {
     fn fine(&mut self) -> Result<(Vec<Tile>, bool), JointError> {
         let mut tiles = vec![];
         let sought = self.sought(true);
-        let mut damping = Damping {
-            share: 1.0,
-            last_sigmas: f64::INFINITY,
-        };
+        // weights follow the unknowns, so that on smooth ground whole steps can go to and fro between two places
+        let mut share = 1.0f64;
         for pass in 0..self.config.seabed.max_passes {
             self.watch.counted(pass, self.config.seabed.max_passes);
             if pass == 0 || pass == REDRAW {
@@ -570,10 +551,13 @@ impl<'a> Work<'a> {
             let tests = pass > 0 && pass != REDRAW;
             let dropped = if tests { self.reject(&passed) } else { 0 };
             let step_sigmas = self.note("fine", &tiles, &passed, &sought, dropped);
-            let share = damping.share_of(step_sigmas, pass <= FIELD_AGAIN[1] || dropped > 0);
+            let settled = pass > FIELD_AGAIN[1] && dropped == 0;
+            if settled && !self.shrinks() {
+                share = (0.5 * share).max(LEAST_SHARE);
+            }
             let step: Vec<f64> = passed.solved.step.iter().map(|s| share * s).collect();
             self.values = self.values.stepped(&step);
-            if pass > FIELD_AGAIN[1] && step_sigmas < SMALL_STEP && dropped == 0 {
+            if settled && step_sigmas < SMALL_STEP {
                 return Ok((tiles, true));
             }
         }
@@ -690,6 +674,14 @@ impl<'a> Work<'a> {
             omega_over_freedom: passed.normal.omega / passed.normal.freedom,
         });
         step_sigmas
+    }
+
+    /// Whether the last step is smaller than the one before.
+    fn shrinks(&self) -> bool {
+        match &self.passes[..] {
+            [.., before, last] => last.step_sigmas <= SHRINKS * before.step_sigmas,
+            _ => true,
+        }
     }
 
     /// Drops the soundings whose residuals are too large.

@@ -595,18 +595,7 @@ mod tests {
     use super::*;
     use crate::procedures::seabed::joint::WARP_SIGMA_M;
     use crate::procedures::seabed::model::Values;
-    use crate::procedures::seabed::simulate::{Acts, simulate};
-    use crate::procedures::seabed::survey::{parse_scenario, write};
     use crate::procedures::seabed::tiles::Cell;
-
-    /// `seabed-thin` with waves of 0.4 m, 14 m long.
-    fn waves() -> Scene {
-        let text = include_str!("../../../models/scenarios/seabed-thin.toml");
-        let text = text.replace("[bed]", "[bed]\nripple_m = 0.4\nripple_length_m = 14.0");
-        let scenario = parse_scenario(std::path::Path::new("waves"), &text).expect("a scenario");
-        let survey = simulate(&scenario, 1, Acts::NONE);
-        write::scene(&write::survey_file(&scenario, &survey), &scenario, &survey)
-    }
 
     /// The soundings within 3.5 m of every 150th, east and north.
     fn tiles(locator: &Locator<'_>) -> Vec<Tile> {
@@ -631,7 +620,8 @@ mod tests {
     /// On waves a field without direction would have the ground stretched or shrunk, which is no news of any unknown.
     #[test]
     fn a_stretch_of_waves_tells_nothing() {
-        let scene = waves();
+        let waves = "[bed]\nripple_m = 0.4\nripple_length_m = 14.0";
+        let scene = Scene::thin(|text| text.replace("[bed]", waves));
         let states = States::new(&scene.lines, &scene.ins, &scene.drift);
         let values = Values::nominal(&scene, &states);
         let locator = Locator::new(&scene, &states, &values).expect("a profile");
@@ -662,7 +652,6 @@ mod tests {
             held += (stretch.dot(&rows.found.alpha) + rows.trace[0]).abs();
             left += rows.without_warps().expect("a score").1[0].abs();
         }
-        println!("{held} {left}");
         assert!(left < 0.01 * held, "{left} of {held}");
     }
 }

@@ -462,19 +462,29 @@ pub(super) fn axis(rotation: &Matrix3<f64>, k: usize) -> Vector3<f64> {
 }
 
 #[cfg(test)]
+impl Scene {
+    /// `seabed-thin`, seed 1, its scenario's text changed.
+    pub(super) fn thin(changed: impl Fn(&str) -> String) -> Self {
+        use super::simulate::{Acts, simulate};
+        use super::survey::{parse_scenario, write};
+        let text = changed(include_str!("../../../models/scenarios/seabed-thin.toml"));
+        let scenario = parse_scenario(std::path::Path::new("thin"), &text).expect("a scenario");
+        let survey = simulate(&scenario, 1, Acts::NONE);
+        write::scene(&write::survey_file(&scenario, &survey), &scenario, &survey)
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
-    use crate::procedures::seabed::simulate::{Acts, simulate};
-    use crate::procedures::seabed::survey::{parse_scenario, write};
 
     /// The thin survey with beams whose true angles are known: every `spacing` degrees, with noise of 0.1 deg.
     fn scene(spacing_deg: f64) -> (Scene, Vec<f64>) {
-        let text = include_str!("../../../models/scenarios/seabed-thin.toml");
-        let scenario = parse_scenario(std::path::Path::new("thin"), text).expect("a scenario");
-        let survey = simulate(&scenario, 1, Acts::NONE);
-        let mut scene = write::scene(&write::survey_file(&scenario, &survey), &scenario, &survey);
+        let mut scene = Scene::thin(str::to_owned);
         let mut draws = crate::stats::stream(7, 7);
-        let (sigma_rad, middle) = (0.1f64.to_radians(), f64::from(scenario.multibeam.beams / 2));
+        let beams = scene.soundings.iter().map(|s| s.beam.beam).max();
+        let middle = f64::from(beams.expect("soundings").div_ceil(2));
+        let sigma_rad = 0.1f64.to_radians();
         let mut noise = |sounding: &mut Sounding| {
             let true_rad = ((f64::from(sounding.beam.beam) - middle) * spacing_deg).to_radians();
             let off_rad = sigma_rad * crate::stats::normal::draw(&mut draws);

@@ -81,22 +81,25 @@ fn found(records: &TrajectoryRecords, fixes: Option<&Fixes>) -> [(&'static str, 
 
 /// The largest of the three components' noise, metres.
 fn position_m(records: &TrajectoryRecords, fixes: Option<&Fixes>) -> Option<f64> {
-    let own = |records: &TrajectoryRecords| straight(&records.time_s, &records.height_m);
+    let own_height = || straight(&records.time_s, &records.height_m);
     let Some(fixes) = fixes else {
-        let places = (&records.latitude_rad[..], &records.longitude_rad[..]);
-        return larger(level_m(&records.time_s, places), own(records));
+        let level = level_m(
+            &records.time_s,
+            &records.latitude_rad,
+            &records.longitude_rad,
+        );
+        return larger(level, own_height());
     };
-    let places = (&fixes.latitude_rad[..], &fixes.longitude_rad[..]);
-    let heights = straight(&fixes.time_s, &fixes.height_m);
-    let fixed = larger(level_m(&fixes.time_s, places), heights);
+    let level = level_m(&fixes.time_s, &fixes.latitude_rad, &fixes.longitude_rad);
+    let fixed = larger(level, straight(&fixes.time_s, &fixes.height_m));
     match fixes.with_heave {
-        true => larger(fixed, own(records)),
+        true => larger(fixed, own_height()),
         false => fixed,
     }
 }
 
 /// The larger noise of north and east, metres.
-fn level_m(time_s: &[f64], (latitude_rad, longitude_rad): (&[f64], &[f64])) -> Option<f64> {
+fn level_m(time_s: &[f64], latitude_rad: &[f64], longitude_rad: &[f64]) -> Option<f64> {
     let about = latitude_rad.get(latitude_rad.len() / 2)?;
     let east = turned(time_s, longitude_rad)? * math::cos(*about);
     larger(Some(east), straight(time_s, latitude_rad)).map(|noise| EARTH_M * noise)
